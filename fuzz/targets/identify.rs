@@ -32,8 +32,8 @@ fuzz_target!(|data: &[u8]| {
             .get_or_init(|| Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read"));
         let Ok((log, _)) = model.log_of_table(table, &ColumnNames::default()) else { return };
         let logs = [log];
-        if let Ok(passport) = rist::examine(model, &logs, &Options::default()) {
-            let _ = passport.to_string();
+        if let Ok(log_check) = rist::examine(model, &logs, &Options::default()) {
+            let _ = log_check.to_string();
         }
         identified(model, &logs, 0);
         identified(model, &logs, which);

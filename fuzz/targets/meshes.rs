@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use clearance::mesh::parse_vertices;
-use clearance::separation::{Standing, separation};
+use clearance::separation::{PosedSolid, separation};
 use clearance::solid::{Core, Solid};
 use libfuzzer_sys::fuzz_target;
 use robot::Pose;
@@ -35,8 +35,8 @@ fn held(vertices: &[[f64; 3]]) {
 
     let place = [2.0, -1.0, 0.5];
     let point = Solid { core: Core::Point, radius: 0.1 };
-    let there = Standing { solid: &point, pose: Pose { position: place, ..Pose::IDENTITY } };
-    let found = separation(there, Standing { solid: &solid, pose: Pose::IDENTITY }, place);
+    let there = PosedSolid { solid: &point, pose: Pose { position: place, ..Pose::IDENTITY } };
+    let found = separation(there, PosedSolid { solid: &solid, pose: Pose::IDENTITY }, place);
     let nearest = vertices.iter().map(|p| distance(*p, place)).fold(f64::INFINITY, f64::min) - 0.1;
     assert!(found.at_least <= nearest + rounding + 1e-12, "{found:?} {nearest}");
     assert!(found.at_least <= found.reached + rounding + 1e-12, "{found:?}");

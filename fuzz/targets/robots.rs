@@ -11,13 +11,13 @@ use libfuzzer_sys::fuzz_target;
 use rist::ModelOptions;
 use rist::describe::description::parse_robot;
 use robot::Robot;
-use robot::format::{Angles, Mimic, read_yaml, write_urdf, write_yaml};
+use robot::format::{AngleSnapping, Mimic, read_yaml, write_urdf, write_yaml};
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let other = ModelOptions {
         mimic: Mimic::Independent,
-        angles: Angles::AsGiven,
+        angles: AngleSnapping::AsGiven,
         floating_base: true,
         ..ModelOptions::default()
     };

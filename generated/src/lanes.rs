@@ -1,6 +1,6 @@
 //! Lanes, the numbers with which the generated functions compute: several samples in one vector register, or one in a
-//! scalar register. Every product that the generated file fuses with a sum is fused here by FMA. So a lane holds, bit
-//! for bit, what one sample at a time gives and what the tape of crate `expr` gives. Sine and cosine are those of the
+//! scalar register. Every product that the generated file fuses with a sum is fused here by FMA. So a lane has, bit
+//! for bit, the result of the scalar function and of the tape of crate `expr`. Sine and cosine equal the functions of the
 //! generated files.
 //!
 //! All `unsafe` of this package is here. It is sound because only the functions of [`eight`] and [`scalar`] make lanes.
@@ -41,10 +41,11 @@ macro_rules! lanes {
                 unsafe { $lanes($fused(self.0, b.0, c.0)) }
             }
 
-            /// As `f64::sin_cos` of the generated files.
+            /// Sine and cosine of an angle, rad, by the operations of `f64::sin_cos` in the generated files.
             #[inline(always)]
             pub(crate) fn sin_cos(self) -> ($lanes, $lanes) {
                 let k = $lanes::splat;
+                // x = angle - n pi/2, with pi/2 in three parts; NaN for angles too large for them.
                 let round = k(6755399441055744.0);
                 let turns = self.mul_add(k(core::f64::consts::FRAC_2_PI), round);
                 let n = -(turns - round);
@@ -52,6 +53,7 @@ macro_rules! lanes {
                 let x = n.mul_add(k(5.390302858158119e-15), n.mul_add(k(7.549789415861596e-8), x));
                 let reach = self * k(1.3393857589828342e300);
                 let x = x * k(0.0).mul_add(reach, k(1.0));
+                // Minimax polynomials of fdlibm.
                 let z = x * x;
                 let s = z.mul_add(k(1.58969099521155e-10), k(-2.5050760253406863e-8));
                 let s = z.mul_add(z.mul_add(s, k(2.7557313707070068e-6)), k(-1.984126982985795e-4));
@@ -142,7 +144,7 @@ several!(Lanes4, 4, 0 1 2 3 4 5 6 7);
 several!(Lanes8, 8, 0 1 2 3 4 5 6 7);
 
 impl Lanes4 {
-    /// The numbers.
+    /// The four numbers of the register.
     #[inline(always)]
     pub(crate) fn numbers(self) -> [f64; 4] {
         // SAFETY: a register is four numbers and nothing else.
@@ -151,7 +153,7 @@ impl Lanes4 {
 }
 
 impl Lanes8 {
-    /// The same entries as lanes.
+    /// `entries` seen as lanes.
     #[inline(always)]
     pub(crate) fn of<const E: usize>(entries: &mut [Eight; E]) -> &mut [Lanes8; E] {
         // SAFETY: a register is eight numbers at a multiple of 64 bytes and nothing else; so is Eight.
@@ -159,7 +161,7 @@ impl Lanes8 {
     }
 }
 
-/// Arrays of numbers, and of lanes in their place.
+/// Arrays of numbers; `Lanes` is the array of the same shape with lanes as entries.
 pub(crate) trait Numbers {
     type Lanes;
 }
@@ -171,14 +173,14 @@ impl<const P: usize, const N: usize> Numbers for [[f64; P]; N] {
 }
 
 impl Lanes1 {
-    /// The same numbers as lanes.
+    /// The numbers `x` seen as lanes.
     #[inline(always)]
     pub(crate) fn of<const N: usize>(x: &[f64; N]) -> &[Lanes1; N] {
         // SAFETY: one lane is one number and nothing else.
         unsafe { &*(&raw const *x).cast() }
     }
 
-    /// The same numbers as lanes.
+    /// The numbers `y` seen as lanes.
     #[inline(always)]
     pub(crate) fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
         // SAFETY: one lane is one number and nothing else, and `Numbers` are arrays of both of the same shape.
@@ -204,7 +206,7 @@ impl Lanes1 {
         (sines, cosines)
     }
 
-    /// As [`Lanes4::turned`].
+    /// Sine and cosine in the quadrant of `turns`, from sine and cosine in the first, `self` and `c`.
     #[inline(always)]
     fn turned(self, c: Lanes1, turns: Lanes1) -> (Lanes1, Lanes1) {
         let quadrant = turns.0.to_bits();
@@ -220,8 +222,8 @@ impl Lanes1 {
 }
 
 impl Lanes4 {
-    /// Sine and cosine in the quadrant of `turns`, from those in the first, `self` and `c`. Bit 0 of the quadrant
-    /// exchanges them. Bit 1 of the quadrant and of the next one are their signs.
+    /// Sine and cosine in the quadrant of `turns`, from sine and cosine in the first, `self` and `c`. Bit 0 of the quadrant
+    /// exchanges them. Their signs are bit 1 of the quadrant and bit 1 of the next quadrant.
     #[inline(always)]
     fn turned(self, c: Lanes4, turns: Lanes4) -> (Lanes4, Lanes4) {
         unsafe {
@@ -242,7 +244,7 @@ impl Lanes4 {
 }
 
 impl Lanes8 {
-    /// As [`Lanes4::turned`].
+    /// Sine and cosine in the quadrant of `turns`, from sine and cosine in the first, `self` and `c`.
     #[inline(always)]
     fn turned(self, c: Lanes8, turns: Lanes8) -> (Lanes8, Lanes8) {
         unsafe {
@@ -263,8 +265,8 @@ impl Lanes8 {
     }
 }
 
-/// Writes entries as samples of `size` numbers, each entry at its place. Places ascend, and the rest of `samples` is
-/// left as it is. Four entries with consecutive places are written at a time.
+/// Writes entries into eight samples of `size` numbers, each entry at its place. Places ascend, and the other numbers of
+/// `samples` do not change. Four entries with consecutive places are written at a time.
 pub(crate) fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
     assert_eq!(samples.len(), 8 * size);
     let by_four = std::is_x86_feature_detected!("avx2");
@@ -288,7 +290,7 @@ pub(crate) fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: 
     }
 }
 
-/// Writes four consecutive entries to the beginning of each of eight samples, which are `size` apart.
+/// Writes four consecutive entries to the beginning of each of eight samples, which begin every `size` numbers.
 ///
 /// # Safety
 /// `samples` has more than 7 size + 3 numbers.
@@ -300,6 +302,7 @@ unsafe fn four_to_samples(four: &[Eight; 4], samples: &mut [f64], size: usize) {
         // SAFETY: four numbers from `lane` on are within an Eight; the caller guarantees the length of `samples`.
         unsafe {
             let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
+            // A 4 x 4 transposition: entries of four lanes become four entries of each sample.
             let (a, b, c, d) = (row(0), row(1), row(2), row(3));
             let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
             let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
@@ -312,10 +315,10 @@ unsafe fn four_to_samples(four: &[Eight; 4], samples: &mut [f64], size: usize) {
     }
 }
 
-/// A function of eight states and the entries that are not always zero; false where the processor has no lanes.
+/// A function from eight states to the entries that are not always zero; false where the processor has no lanes.
 macro_rules! eight {
     ($robot:ident, $n:ident, $e:ident) => {{
-        /// Twice four samples, each entry stored where it stands.
+        /// Two passes of four samples; each entry is stored when it is computed.
         #[target_feature(enable = "avx2,fma")]
         fn by_four(states: &[f64], entries: &mut [$crate::Eight; $e]) {
             use $crate::lanes::Lanes4;
@@ -331,7 +334,7 @@ macro_rules! eight {
             }
         }
 
-        /// Eight samples, where they stand.
+        /// One pass of eight samples, written directly into `entries`.
         #[target_feature(enable = "avx512f")]
         fn by_eight(states: &[f64], entries: &mut [$crate::Eight; $e]) {
             use $crate::lanes::Lanes8;
@@ -345,7 +348,7 @@ macro_rules! eight {
         #[allow(unsafe_code, reason = "the processor has been asked")]
         fn eight(states: &[f64], entries: &mut [$crate::Eight]) -> bool {
             let Ok(entries) = entries.try_into() else { return false };
-            // SAFETY: each is called where the processor has what it is compiled for.
+            // SAFETY: each is called only where the processor has the instructions that it is compiled for.
             if !std::is_x86_feature_detected!("avx2") || !std::is_x86_feature_detected!("fma") {
                 return false;
             } else if std::is_x86_feature_detected!("avx512f") {
@@ -360,7 +363,7 @@ macro_rules! eight {
 }
 pub(crate) use eight;
 
-/// One sample: the scalar function in the processor's fused, three-operand instructions where it has them.
+/// A function of one sample: the scalar function, with fused, three-operand instructions where the processor has them.
 macro_rules! scalar {
     ($robot:ident, $function:ident, $n:expr, $y:ty) => {{
         #[target_feature(enable = "avx2,fma")]
@@ -372,7 +375,7 @@ macro_rules! scalar {
         #[allow(unsafe_code, reason = "the processor has been asked")]
         fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut $y) {
             if std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma") {
-                // SAFETY: the processor has what it is compiled for.
+                // SAFETY: the processor has the instructions that `fused` is compiled for.
                 unsafe { fused(q, dq, ddq, y) }
             } else {
                 $robot::$function(q, dq, ddq, y);
@@ -383,7 +386,7 @@ macro_rules! scalar {
 }
 pub(crate) use scalar;
 
-/// Lets a robot's file compute with lanes; `sqrt` where its `Real` has it.
+/// Implements the trait `Real` of a robot's file for lanes; with `sqrt` where that trait has it.
 macro_rules! real {
     ($robot:ident $($sqrt:ident)?) => {
         $crate::lanes::real!(@ $robot Lanes1 (f64::sqrt) $($sqrt)?);

@@ -1,6 +1,6 @@
 //! Regressors of known robots, written by `cargo xtask gen`, compiled once.
 //!
-//! `robots/` is generated: one file per robot, none of which needs any other. This crate gives all of them one interface.
+//! `robots/` is generated: one file per robot, which needs no other file. This crate gives all robots one interface.
 
 #![no_std]
 
@@ -43,7 +43,7 @@ mod lanes {
 #[allow(clippy::too_many_lines, reason = "straight lines that a machine wrote")]
 pub mod robots;
 
-/// One number of eight samples, as they lie in a vector register.
+/// One number of each of eight samples, with the layout of a vector register.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
 pub struct Eight(pub [f64; 8]);
@@ -52,13 +52,13 @@ pub struct Eight(pub [f64; 8]);
 #[derive(Clone, Copy, Debug)]
 pub struct Compiled {
     pub name: &'static str,
-    /// In the order of q.
+    /// Names of the coordinates, in the order of q.
     pub coordinates: &'static [&'static str],
     /// The base parameters, in the order of the columns of Y.
     pub parameters: &'static [&'static str],
     /// Row and column of each entry of Y that is not always zero, row by row.
     pub non_zeros: &'static [(usize, usize)],
-    /// Tells this function from that of any other robot or geometry: `expr::Function::fingerprint`.
+    /// Identifies the function of this robot and geometry: `expr::Function::fingerprint`.
     pub fingerprint: u64,
     fill: Fill,
     fill_non_zeros: Fill,
@@ -87,8 +87,8 @@ impl Compiled {
     }
 
     /// Writes the entries of Y of eight samples, in the order of `non_zeros` and bit for bit as `fill` does: `states` holds
-    /// q, dq, ddq of one sample after the other. Several samples at a time where the processor can (the feature `std` asks
-    /// it). False, and nothing written, when a length is wrong.
+    /// q, dq, ddq of one sample after the other. Several samples are computed at a time where the processor can, if the
+    /// feature `std` is on, which is needed to detect it. False, and nothing written, when a length is wrong.
     #[must_use]
     pub fn fill_eight(&self, states: &[f64], entries: &mut [Eight]) -> bool {
         let n = self.coordinates.len();
@@ -150,7 +150,7 @@ impl Compiled {
     }
 }
 
-/// No robot has more entries that are not always zero.
+/// The largest number of entries that are not always zero, over all robots.
 const MAX_ENTRIES: usize = {
     let (mut most, mut k) = (0, 0);
     while k < robots::ALL.len() {
@@ -172,7 +172,7 @@ pub fn find(fingerprint: u64) -> Option<&'static Compiled> {
     robots::ALL.iter().find(|c| c.fingerprint == fingerprint)
 }
 
-/// The table of the robots of these modules; `(sqrt)` after one whose functions take roots.
+/// The table of the robots of these modules; `(sqrt)` follows a robot whose functions take roots.
 macro_rules! compiled {
     ($($robot:ident $(($sqrt:ident))?),* $(,)?) => {
         $($crate::lanes::real!($robot $($sqrt)?);)*

@@ -22,9 +22,9 @@ use fleet::accumulator::Accumulator;
 use fleet::replicate::Replicate;
 use fleet::settings::Settings;
 use identification::estimate::artefact::Estimate;
+use identification::estimate::claims::hypotheses::UndeterminedMechanics;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::identify;
-use identification::estimate::ledger::hypotheses::Open;
 use identification::estimate::options::Options;
 use identification::signals::records::SourceRecords;
 use linear_model::reference::ModelReference;
@@ -104,7 +104,7 @@ fn one(model: &Model, robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) 
     let sums = solved(robot, &log);
     let [log, other] = [log, robot.log(what, 1000 + draw)].map(LogSource::Held);
     let mut chosen = rist::identify(model, &[log], &IdentifyRequest::default()).unwrap_or_else(|e| panic!("{e}"));
-    let judged = chosen.judged(model, &[other], false).unwrap_or_else(|e| panic!("{e}"));
+    let judged = chosen.verdict_of_logs(model, &[other], false).unwrap_or_else(|e| panic!("{e}"));
     Found {
         sums: sums.parameters.iter().map(Identified::sigma_or_infinity).collect(),
         chosen: chosen.estimate.parameters[..robot.robot.truth.len()]
@@ -125,9 +125,11 @@ fn solved(robot: &LackOfFit, log: &Log) -> Estimate {
     let source = LogSource::Held(log.clone());
     let records = SourceRecords::new(&robot.robot, std::slice::from_ref(&source), &options.preparation());
     let linear = options.linear_model(&robot.robot);
-    let replicate = records.and_then(|records| Replicate::of(&linear, &source, &records, Open::default()));
+    let replicate =
+        records.and_then(|records| Replicate::of(&linear, &source, &records, UndeterminedMechanics::default()));
     let reference = ModelReference { name: "ur5".into(), fingerprint: "1".into() };
-    let sums = Settings::new(&robot.robot, reference, None, &options, Open::default()).map(Accumulator::new);
+    let sums =
+        Settings::new(&robot.robot, reference, None, &options, UndeterminedMechanics::default()).map(Accumulator::new);
     let solved = sums.and_then(|mut sums| {
         sums.add(replicate?)?;
         sums.solve()

@@ -2,11 +2,11 @@
 //!
 //! Arguments: draws (50; at most 10 for the PUMA), scenarios (all), tables `R3G`, `R3B`, `gains`, `RACE` and `PUMA560` (all).
 
-use experiments::plan::exchange::{Criterion, Search, exchange};
+use experiments::plan::exchange::{Criterion, SearchEffort, exchange};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use tests::benchmark::arms::{puma_arm, r3_arm, race_arm};
 use tests::benchmark::candidates::{puma_candidates, race_candidates};
 use tests::benchmark::monte_carlo::{Fixture, Method};
@@ -128,8 +128,8 @@ fn puma(draws: usize) {
     let robot = robots::puma();
     let arm = puma_arm(&robot);
     let candidates = puma_candidates(&robot);
-    let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
-    let search = Search { starts: 2, ..Search::default() };
+    let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
+    let search = SearchEffort { starts: 2, ..SearchEffort::default() };
     let plan = exchange(&information, 32, Criterion::Determinant, &search, &|_, _, _| ());
     let plan: Vec<ExcitingTrajectory> = plan.chosen.iter().map(|&i| candidates[i].trajectory.clone()).collect();
     for s in Scenario::all(&arm).into_iter().filter(|s| s.name == "S1") {

@@ -29,7 +29,7 @@ use std::cell::RefCell;
 use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
-use experiments::simulate::closed_loop::{Sensing, Simulation, Steps};
+use experiments::simulate::closed_loop::{Sensors, Simulation, Steps};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
@@ -208,7 +208,7 @@ impl<'a> Bench<'a> {
 
     /// Filters good and bad.
     fn closed_loop(&self, random: &mut Random) -> Vec<Found> {
-        let sensing = Sensing { torque_noise: NOISE.to_vec(), ..self.arm.sensing.clone() };
+        let sensing = Sensors { torque_noise: NOISE.to_vec(), ..self.arm.sensing.clone() };
         let measured = sensing.measure(&self.record, &self.arm.drives.gain, random);
         let mut found: Vec<Found> = Vec::new();
         for (name, cutoff) in [

@@ -1,7 +1,7 @@
 //! Mistakes that people make with logs, injected into a good one.
 
 use identification::estimate::hypothesis::Hypothesis;
-use identification::estimate::passport::finding::{Columns, Fault};
+use identification::estimate::log_check::finding::{ColumnKind, Fault};
 
 use crate::joint_log::JointLog;
 
@@ -111,7 +111,7 @@ pub fn injected(
     let pair = [a.min(b), a.max(b)];
     add("two joints swapped", swapped, &pair, is(Fault::Of(Hypothesis::SwappedMotions(pair[0], pair[1]), 0.0)));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
-    add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(Columns::All)));
+    add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(ColumnKind::All)));
     // The doctor finds the delay by first differences over twenty milliseconds and more, accurate to a third.
     let is_late = move |f: &Fault| matches!(f, Fault::Of(Hypothesis::Late(None), s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));

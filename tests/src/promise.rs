@@ -3,7 +3,7 @@
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;
-use experiments::simulate::closed_loop::Sensing;
+use experiments::simulate::closed_loop::Sensors;
 use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::identified::INTERVAL;
@@ -13,7 +13,7 @@ use linear_model::friction::terms::{FrictionTerm, sign};
 use linear_model::parameter::ParameterId;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use random::Random;
 use rist::motion::simulation::SimulateRequest;
 use rist::{Error, IdentifyRequest, Model};
@@ -27,12 +27,12 @@ pub fn columns(model: &Model, friction: &[FrictionTerm]) -> Vec<ParameterId> {
 
 /// The information of a motion about base parameters and friction, over the noise of each joint: rows over N m, of all
 /// samples of its repetitions.
-pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], friction: &[FrictionTerm]) -> Rows {
+pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], friction: &[FrictionTerm]) -> WeightedRows {
     let regressor = model.regressor();
     let (n, base) = (regressor.coordinates().len(), regressor.parameters().len());
     let played = motion.motion("motion").unwrap();
     let own: usize = friction.iter().map(|t| t.parameters().len()).sum();
-    let mut rows = Rows::new(base + n * own);
+    let mut rows = WeightedRows::new(base + n * own);
     let mut y = vec![0.0; n * base];
     for k in 0..(played.repetitions as f64 * played.shape.period() * played.rate).round() as usize {
         let state = played.at(played.shape.blend() + k as f64 / played.rate);
@@ -73,12 +73,12 @@ pub struct Kept {
 /// identified with this friction and otherwise default options. `encoders`: quantum and noise of the encoders, as a
 /// share of what is assumed of them. Parameters that the motion or the logs leave open are left out.
 pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
-    let truth = model.described_parameters().expect("inertial parameters in the description");
+    let truth = model.nominal_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
     let setup = SimulationSetup::for_robot(&model.robot, &dynamics);
     let noise = &setup.sensing.torque_noise;
     let share = |x: &[f64]| x.iter().map(|x| encoders * x).collect();
-    let sensing = Sensing {
+    let sensing = Sensors {
         quantum: share(&setup.sensing.quantum),
         position_noise: share(&setup.sensing.position_noise),
         torque_noise: noise.clone(),

@@ -1,9 +1,9 @@
 //! `bench`: measures run times on this machine. Each result is checked against an independent recursion.
 //!
-//! Prints one table, writes it into docs/benchmarks.md between its two marks, and keeps its numbers in
-//! records/COMMIT.csv. The programs measured are a bench of the package `tests`: xtask must build without `generated`.
+//! Prints one table, writes it between the two marks of docs/benchmarks.md, and stores its numbers in
+//! records/COMMIT.csv. The measured programs are a bench of the package `tests`: xtask must build without `generated`.
 //!
-//! `bench instructions` counts instructions in place of time, which needs valgrind and gungraun-runner.
+//! `bench instructions` counts instructions instead of time, which needs valgrind and gungraun-runner.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,8 +12,11 @@ use std::time::Instant;
 
 use crate::cargo::{cargo, root, said, target};
 
-/// A generated 7R file.
+/// The generated file of a 7R robot, whose compilation is timed.
 const FILE: &str = "generated/src/robots/panda.rs";
+
+/// Compilations per time; the shortest counts.
+const COMPILATIONS: u32 = 3;
 
 const PAGE: &str = "docs/benchmarks.md";
 const BEGIN: &str = "<!-- written by cargo xtask bench -->\n";
@@ -27,7 +30,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         [word] if word == "instructions" => return instructions(),
         [other, ..] => return Err(format!("bench takes `instructions` or nothing; found `{other}`")),
     }
-    let mut rows = said_by_bench()?;
+    let mut rows = rows_of_bench()?;
     for (what, is_called) in [("base_regressor for f64", true), ("generic, nothing instantiated", false)] {
         let seconds = compile(is_called)?;
         let _ = writeln!(rows, "| rustc -O, {FILE} | {what} | {:.0} | | compiles |", 1e9 * seconds);
@@ -39,8 +42,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&record, &csv(&rows))
 }
 
-/// The rows that the bench prints.
-fn said_by_bench() -> Result<String, String> {
+/// The rows of the table that the bench prints.
+fn rows_of_bench() -> Result<String, String> {
     let bench = ["bench", "--quiet", "--package", "tests", "--bench", "speed"];
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let output = Command::new(cargo).args(bench).stderr(Stdio::inherit()).output();
@@ -51,7 +54,7 @@ fn said_by_bench() -> Result<String, String> {
     }
 }
 
-/// The machine and what it runs, in a sentence.
+/// The commit, the processor, its cores and the compiler, in a sentence.
 fn conditions() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ").map(|(_, m)| m));
@@ -65,10 +68,10 @@ fn conditions() -> String {
     )
 }
 
-/// The commit that is measured, with a mark where files are changed.
+/// The measured commit, with a mark where files are changed.
 fn commit() -> String {
     let git = |arguments: &[&str]| said(Command::new("git").args(arguments).current_dir(root()));
-    // What this command writes is no change of what it measures.
+    // The files that this command writes do not change the measured program.
     let status = ["status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", ":!records"];
     let is_changed = !git(&status).trim().is_empty();
     let commit = git(&["rev-parse", "--short", "HEAD"]);
@@ -76,7 +79,7 @@ fn commit() -> String {
     format!("{commit}{}", if is_changed { "-changed" } else { "" })
 }
 
-/// Puts the table between its marks.
+/// Writes the table between its marks in the page.
 fn write_page(text: &str) -> Result<(), String> {
     let page = root().join(PAGE);
     let old = std::fs::read_to_string(&page).map_err(|e| format!("{PAGE}: {e}"))?;
@@ -91,7 +94,7 @@ fn write(path: &Path, text: &str) -> Result<(), String> {
     std::fs::write(path, text).map_err(failed)
 }
 
-/// The rows as records of CSV.
+/// The rows of the table as CSV.
 fn csv(rows: &str) -> String {
     let mut text = "work,how,ns,times_the_first,held_to\n".to_string();
     for row in rows.lines().filter(|row| row.starts_with('|')) {
@@ -112,7 +115,7 @@ fn instructions() -> Result<(), String> {
     cargo(&["bench", "--package", "tests", "--features", "instructions", "--bench", "instructions"])
 }
 
-/// Seconds that rustc takes for the file alone, the best of three; with a caller for f64 or without.
+/// The time, s, of rustc for the file alone, the shortest of three; with a caller for f64 or without.
 fn compile(is_called: bool) -> Result<f64, String> {
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -125,7 +128,7 @@ fn compile(is_called: bool) -> Result<f64, String> {
     }
     std::fs::write(&library, text).map_err(|e| format!("{}: {e}", library.display()))?;
     let mut best = f64::INFINITY;
-    for _ in 0..3 {
+    for _ in 0..COMPILATIONS {
         let start = Instant::now();
         let status = Command::new("rustc")
             .args(["--edition", "2024", "--crate-type", "lib", "-O", "--out-dir"])

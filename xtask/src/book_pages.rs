@@ -1,25 +1,25 @@
-//! The pages of the book: their titles, anchors and links, and whether each leads somewhere.
+//! The pages of the book: titles, anchors and links, and a check that each link has a target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::cargo::root;
 
-/// The page whose table orders the others.
+/// The page whose table gives the order of the others.
 const TABLE: &str = "docs/README.md";
-/// Pages at the root, as the last part of the book.
-const HOUSE: [&str; 4] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"];
+/// Pages in the root of the repository, the last part of the book.
+const ROOT_PAGES: [&str; 4] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"];
 
-/// A page by its path below the root.
+/// A page with its path relative to the root.
 pub(crate) struct Page {
     pub(crate) name: String,
     text: String,
 }
 
-/// README, those of docs/ and those of the house.
+/// README, the pages of docs/, and the other pages of the root.
 pub(crate) fn pages() -> Result<Vec<Page>, String> {
     let mut names = vec!["README.md".to_string()];
-    names.extend(HOUSE.map(String::from));
+    names.extend(ROOT_PAGES.map(String::from));
     for folder in ["docs", "docs/how-to", "docs/ur5", "docs/checkers"] {
         let entries = std::fs::read_dir(root().join(folder)).map_err(|e| format!("{folder}: {e}"))?;
         let found = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -34,7 +34,7 @@ pub(crate) fn pages() -> Result<Vec<Page>, String> {
 }
 
 impl Page {
-    /// Its lines outside of blocks of code.
+    /// The lines of the page outside of code blocks.
     fn prose(&self) -> impl Iterator<Item = &str> {
         let mut is_code = false;
         self.text.lines().filter(move |line| {
@@ -44,13 +44,13 @@ impl Page {
         })
     }
 
-    /// Its first heading.
+    /// The first heading of the page; fails where there is none.
     pub(crate) fn title(&self) -> Result<&str, String> {
         let title = self.prose().find_map(|line| line.strip_prefix("# "));
         title.ok_or(format!("{} has no heading", self.name))
     }
 
-    /// What links may name behind `#`, made of the headings as GitHub and mdBook do.
+    /// The anchors of the headings, for links with `#`, formed as in GitHub and mdBook.
     fn anchors(&self) -> BTreeSet<String> {
         let headings = self.prose().filter(|line| line.starts_with('#'));
         let anchor = |line: &str| {
@@ -61,7 +61,7 @@ impl Page {
         headings.map(anchor).collect()
     }
 
-    /// Links and pictures that stay in the repository: file, and anchor where there is one.
+    /// Links and pictures within the repository: file, and anchor or an empty text.
     pub(crate) fn links(&self) -> Vec<(&str, &str)> {
         let of_line = |line: &'_ str| -> Vec<(usize, usize)> {
             let starts =
@@ -73,13 +73,13 @@ impl Page {
         own.map(|target| target.split_once('#').unwrap_or((target, ""))).collect()
     }
 
-    /// The files that it links to, by their path below the root.
+    /// The files that the page links to, with paths relative to the root.
     pub(crate) fn targets(&self) -> impl Iterator<Item = PathBuf> {
-        self.links().into_iter().filter(|(file, _)| !file.is_empty()).map(|(file, _)| self.beside(file))
+        self.links().into_iter().filter(|(file, _)| !file.is_empty()).map(|(file, _)| self.resolved(file))
     }
 
-    /// A path as it stands in this page, below the root.
-    fn beside(&self, file: &str) -> PathBuf {
+    /// A path of a link in this page, made relative to the root.
+    fn resolved(&self, file: &str) -> PathBuf {
         let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
         let mut path = PathBuf::new();
         for part in folder.join(file).components() {
@@ -95,7 +95,7 @@ impl Page {
     }
 }
 
-/// The parts of the book with their pages: those of the table in docs/README.md, then those of the house.
+/// The parts of the book with their pages: the parts of the table in docs/README.md, then the pages of the root.
 pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, String> {
     let table = pages.iter().find(|page| page.name == TABLE).ok_or(format!("there is no {TABLE}"))?;
     let by_name: BTreeMap<&str, &Page> = pages.iter().map(|page| (page.name.as_str(), page)).collect();
@@ -110,16 +110,16 @@ pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, Stri
         let Some(target) = target.filter(|target| target.ends_with(".md") && !target.starts_with("..")) else {
             continue;
         };
-        let name = table.beside(target).display().to_string();
+        let name = table.resolved(target).display().to_string();
         let page = by_name.get(name.as_str()).ok_or(format!("{TABLE}: there is no {name}"))?;
         parts.last_mut().ok_or(format!("{TABLE}: the first row has no part"))?.1.push(page);
     }
-    let house = HOUSE.iter().filter_map(|name| by_name.get(name).copied()).collect();
+    let house = ROOT_PAGES.iter().filter_map(|name| by_name.get(name).copied()).collect();
     parts.push(("The house".into(), house));
     Ok(parts)
 }
 
-/// Links that lead nowhere, pages without a place in the book.
+/// Links without a target, and pages that are not exactly once in the book.
 pub(crate) fn faults(pages: &[Page]) -> Result<Vec<String>, String> {
     let mut faults = Vec::new();
     let anchors: BTreeMap<PathBuf, BTreeSet<String>> =
@@ -127,7 +127,7 @@ pub(crate) fn faults(pages: &[Page]) -> Result<Vec<String>, String> {
     for page in pages {
         page.title()?;
         for (file, anchor) in page.links() {
-            let target = if file.is_empty() { PathBuf::from(&page.name) } else { page.beside(file) };
+            let target = if file.is_empty() { PathBuf::from(&page.name) } else { page.resolved(file) };
             if !root().join(&target).exists() {
                 faults.push(format!("{}: there is no {file}", page.name));
             } else if !anchor.is_empty() && anchors.get(&target).is_some_and(|known| !known.contains(anchor)) {

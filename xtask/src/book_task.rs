@@ -1,10 +1,10 @@
 //! `book`: the pages of docs/ as an mdBook, with live pages of `rist` in it.
 //!
-//! The order of the chapters is that of the table in docs/README.md. The pages are copied as they are into
-//! target/book/src, which has the shape of the repository, so that their links hold there too. Where mdbook is absent the
-//! pages are checked all the same, and that is said.
+//! The table in docs/README.md gives the order of the chapters. The pages are copied as they are into
+//! target/book/src, which has the folders of the repository, so that their links are valid there too. Where mdbook is absent,
+//! the pages are checked, and a message says that the book was not rendered.
 //!
-//! `book --check` checks alone. `book --screenshots` also takes the pictures of the live pages by Chromium.
+//! `book --check` only checks. `book --screenshots` also takes screenshots of the live pages with Chromium.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use crate::book_pages::{Page, chapters, faults, pages};
 use crate::cargo::{done, root, target};
 use crate::pictures_task;
 
-/// A page that rist makes: its name, what it is, and the command.
+/// The pages that rist makes: name, title, and command.
 const LIVE: [(&str, &str, &[&str]); 3] = [
     (
         "ur5",
@@ -34,10 +34,10 @@ const LIVE: [(&str, &str, &[&str]); 3] = [
     ),
 ];
 
-/// Pixels of a screenshot.
-const SCREEN: (u32, u32) = (1100, 800);
-/// A larger picture is none for a repository.
-const MOST_BYTES: u64 = 150_000;
+/// Width and height of a screenshot, pixels.
+const SCREENSHOT_PIXELS: (u32, u32) = (1100, 800);
+/// Larger screenshots are not stored in the repository.
+const LARGEST_SCREENSHOT_BYTES: u64 = 150_000;
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let with_screenshots = match arguments {
@@ -47,6 +47,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         [other, ..] => return Err(format!("book takes --check, --screenshots or nothing; found `{other}`")),
     };
     let pages = check()?;
+    // The source is made anew, so that pages that were removed or renamed do not remain in the book.
     let book = target().join("book");
     let source = book.join("src");
     if source.exists() {
@@ -60,6 +61,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&source.join("SUMMARY.md"), &summary(&pages)?)?;
     write(&source.join("live.md"), &live_chapter())?;
     write(&book.join("book.toml"), BOOK)?;
+    // The repository must pass without mdbook.
     let html = book.join("html/index.html");
     match Command::new("mdbook").arg("--version").output() {
         Ok(found) if found.status.success() => {
@@ -75,7 +77,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// The pages, where each link leads somewhere and each page has its place.
+/// The pages; fails where a link has no target or a page has no place in the book.
 fn check() -> Result<Vec<Page>, String> {
     let pages = pages()?;
     let faults = faults(&pages)?;
@@ -107,7 +109,7 @@ default-theme = \"light\"
 preferred-dark-theme = \"navy\"
 ";
 
-/// The order of the chapters.
+/// SUMMARY.md of mdBook: the parts and chapters in their order.
 fn summary(pages: &[Page]) -> Result<String, String> {
     let mut text = String::from("# Summary\n\n[rist](index.md)\n[Live pages](live.md)\n[All pages](docs/index.md)\n");
     for (part, chapters) in chapters(pages)? {
@@ -134,7 +136,7 @@ fn live_chapter() -> String {
     text
 }
 
-/// Has `rist` write them: the program that RIST names, or one that is built.
+/// Writes the live pages by `rist`: the program that RIST names, or one that is built.
 fn live_pages(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, _, arguments) in LIVE {
@@ -165,7 +167,7 @@ fn rist() -> Command {
     command
 }
 
-/// Takes the picture of each live page, into docs/pictures.
+/// Takes a screenshot of each live page into docs/pictures.
 fn screenshots(folder: &Path) -> Result<(), String> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let is_there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|found| found.status.success());
@@ -179,23 +181,23 @@ fn screenshots(folder: &Path) -> Result<(), String> {
         let mut command = Command::new(browser);
         command
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-            // Scripts draw after loading; this waits for them without a clock.
+            // Scripts draw after loading; virtual time waits for them independently of the load of the machine.
             .arg("--virtual-time-budget=4000")
-            .arg(format!("--window-size={},{}", SCREEN.0, SCREEN.1))
+            .arg(format!("--window-size={},{}", SCREENSHOT_PIXELS.0, SCREENSHOT_PIXELS.1))
             .arg(format!("--screenshot={}", picture.display()))
             .arg(format!("file://{}", page.display()))
             .stderr(std::process::Stdio::null());
         done(&mut command, browser)?;
         let bytes = std::fs::metadata(&picture).map_err(|e| format!("{}: {e}", picture.display()))?.len();
-        if bytes > MOST_BYTES {
-            return Err(format!("{}: {bytes} bytes; at most {MOST_BYTES} are kept", picture.display()));
+        if bytes > LARGEST_SCREENSHOT_BYTES {
+            return Err(format!("{}: {bytes} bytes; at most {LARGEST_SCREENSHOT_BYTES} are kept", picture.display()));
         }
         println!("{}: {bytes} bytes", picture.display());
     }
     Ok(())
 }
 
-/// A name, or the links of a text, in the book: mdBook makes index.html of a README, and README.html of a link to it.
+/// A file name, or a text with links, for the book: mdBook renders a README as index.html, but a link to it as README.html.
 fn in_book(text: &str) -> String {
     let of_link = text.replace("README.md)", "index.md)").replace("README.md#", "index.md#");
     of_link.strip_suffix("README.md").map_or(of_link.clone(), |folder| format!("{folder}index.md"))

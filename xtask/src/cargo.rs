@@ -1,4 +1,4 @@
-//! Cargo, started from a task, and where it builds.
+//! Commands that tasks run, and the folders of the repository and of its builds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,7 +9,7 @@ pub(crate) fn cargo(arguments: &[&str]) -> Result<(), String> {
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
-/// Runs a command to its end; fails where the command fails. `what` is its name in the message.
+/// Runs a command to its end; fails where the command fails. `what` is its name in the error message.
 pub(crate) fn done(command: &mut Command, what: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -18,17 +18,17 @@ pub(crate) fn done(command: &mut Command, what: &str) -> Result<(), String> {
     }
 }
 
-/// Where the repository is.
+/// The folder of the repository.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
-/// Where the workspace is built.
+/// The target folder of the workspace.
 pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
-/// The triple of this machine. Given to --target, it keeps the flags of a build away from its build scripts and macros.
+/// The target triple of this machine. With it as --target, the flags of a build do not apply to build scripts and macros.
 pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;
     let text = String::from_utf8_lossy(&output.stdout);
@@ -36,7 +36,7 @@ pub(crate) fn host() -> Result<String, String> {
     line.map(str::to_string).ok_or_else(|| "rustc -vV names no host".into())
 }
 
-/// What a command prints; nothing where there is no such command.
+/// The standard output of a command; empty where the command does not exist.
 pub(crate) fn said(command: &mut Command) -> String {
     let output = command.output().map(|output| output.stdout).unwrap_or_default();
     String::from_utf8_lossy(&output).into_owned()

@@ -1,8 +1,8 @@
 //! `fuzz SECONDS`: builds the targets of fuzz/ with coverage, on stable, and runs each for its share of the time.
 //!
 //! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind that flag is selected by its name. The
-//! corpora are only read, and with them, where they are at hand, the files by which rist was attacked
-//! (../shared/findings/inputs/hardening). New inputs stay in target/fuzz/corpus, and an input that breaks a target in
+//! corpora are only read, together with the files of past attacks where they exist
+//! (../shared/findings/inputs/hardening). New inputs are stored in target/fuzz/corpus, and an input that breaks a target in
 //! target/fuzz/found.
 //!
 //! The last target needs no coverage: it changes each file that the program reads and runs the program on it
@@ -16,7 +16,7 @@ use std::process::Command;
 
 use crate::cargo::{cargo, done, host, root, target};
 
-/// The programs of fuzz/targets, each with the folders of the repository that have its first inputs.
+/// The programs of fuzz/targets, each with the folders of the repository that contain its initial inputs.
 const TARGETS: [(&str, &[&str]); 8] = [
     ("robots", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
     ("derive", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
@@ -28,17 +28,17 @@ const TARGETS: [(&str, &[&str]); 8] = [
     ("artefacts", &["fuzz/corpus/artefacts"]),
 ];
 
-/// Coverage by counters of edges, and by the operands of comparisons.
+/// Compiler flags for coverage by counters of edges and by operands of comparisons.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                         -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                         -Cllvm-args=-sanitizer-coverage-pc-table \
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// An input that takes longer, s, or more memory, MiB, is a finding. Bodies that can exist take 0.3 s of a release build,
-/// and a hundred times that where code is compiled for coverage and others use the machine. Inputs longer than 8 KiB find
-/// nothing new in the time.
+/// Limits of time, s, memory, MiB, and length; an input that exceeds the first two is a finding. Bodies that can exist take
+/// 0.3 s in a release build, and a hundred times longer with coverage on a shared machine. Inputs longer than 8 KiB
+/// find nothing new in the time.
 ///
-/// Of such an input no reader allocates more at once than twice its budget, 64 times its size and 64 MiB.
+/// For such an input no reader allocates more at once than twice its budget, 64 times the size of the input and 64 MiB.
 const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=128", "-max_len=8192"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -51,6 +51,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     build.current_dir(root).env("CARGO_TARGET_DIR", &target).env("RUSTFLAGS", COVERAGE);
     done(&mut build, "cargo build of fuzz/")?;
 
+    // Each target has one share of the time, and the mutations have one.
     let found = target.join("found");
     fs::create_dir_all(&found).map_err(|e| format!("{}: {e}", found.display()))?;
     let share = seconds.div_ceil(1 + TARGETS.len() as u64);
@@ -71,6 +72,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             broken.push(name);
         }
     }
+    // The mutations run on the program itself, without coverage.
     println!("== mutations");
     if mutations(share, &found).is_err() {
         broken.push("mutations");
@@ -81,7 +83,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     }
 }
 
-/// The program itself, on files that are changed at random.
+/// Runs the program itself on files that are changed at random.
 fn mutations(seconds: u64, found: &Path) -> Result<(), String> {
     cargo(&["build", "--quiet", "--release", "--package", "cli"])?;
     let program = target().join("release").join(format!("rist{}", std::env::consts::EXE_SUFFIX));

@@ -1,7 +1,7 @@
 //! `gen`: writes the models of models/ as Rust source into generated/src/robots/.
 //!
-//! Everything is rendered to a map of path -> text first. Then the map is written, or compared. The folder holds
-//! generated files only, so a file that no model makes is removed.
+//! All files are first rendered to a map path -> text. Then the map is written or compared. The folder contains
+//! only generated files, so that a file without a model is removed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     if check { compare(&rendered) } else { write(&rendered) }
 }
 
-/// Path below the root -> text; all models, since the index lists all of them.
+/// Rendered files of all models, since the index lists all: path relative to the root -> text.
 struct Rendered {
     files: BTreeMap<PathBuf, String>,
     /// The files that the user asked for.
@@ -34,6 +34,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         .filter(|path| matches!(path.extension().and_then(|e| e.to_str()), Some("yaml" | "urdf" | "par")))
         .collect();
     paths.sort();
+    // A model outside of models/ would be absent from the index, and is refused.
     let wanted: Vec<PathBuf> = models
         .iter()
         .map(|m| {
@@ -51,6 +52,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         })
         .collect::<Result<_, String>>()?;
 
+    // All models are derived, because the index lists all of them; only the wanted ones are written.
     let mut modules = Vec::new();
     let mut rendered = Rendered { files: BTreeMap::new(), asked: Vec::new() };
     for path in &paths {
@@ -76,7 +78,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     Ok(rendered)
 }
 
-/// Files of the folder that no model makes.
+/// Files of the folder without a model.
 fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
     let folder = root().join(FOLDER);
     let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {

@@ -1,6 +1,6 @@
-//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask pictures [--check]`, `cargo xtask book [--check | --screenshots]`, `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask notices [--check]`, `cargo xtask python`,
-//! `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
+//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`, `cargo xtask pictures [--check]`,
+//! `cargo xtask book [--check | --screenshots]`, `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`,
+//! `cargo xtask notices [--check]`, `cargo xtask python`, `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
 
 mod bench_task;
 mod book_pages;
@@ -26,7 +26,7 @@ cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to 
 cargo xtask bench                   time derivations, calls and the compilation of a generated file, each held
                                     against an independent recursion; writes docs/benchmarks.md and records/
 cargo xtask bench instructions      count the instructions of calls (needs valgrind and gungraun-runner)
-cargo xtask pictures [--check]      write (compare) docs/pictures/*.svg, each drawn from what it tells of
+cargo xtask pictures [--check]      write (compare) docs/pictures/*.svg, each drawn from its own data
 cargo xtask book                    the pages of docs/ as a book, with live pages of rist, in target/book; where mdbook is
                                     absent they are checked all the same. RIST names a program that is built already
 cargo xtask book --check            check pages, links and order alone
@@ -54,6 +54,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "book" => book_task::run(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
+        // A program of its own, because xtask must build without `generated`.
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use crate::cargo::{cargo, done, root, target};
 use crate::stubs_task;
 
-/// Packages of the environment besides our own.
+/// Packages of the environment in addition to rist.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     done(tests.env("RIST_PROGRAM", target.join("debug/rist")), "pytest")
 }
 
-/// Makes the environment where there is none; says why it cannot be made.
+/// Makes the environment where there is none; the error says why it cannot be made.
 fn environment_in(environment: &Path) -> Result<(), String> {
     let complete = environment.join("complete");
     if fs::read_to_string(&complete).is_ok_and(|text| text == PACKAGES.join(" ")) {

@@ -1,5 +1,5 @@
-//! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the lanes of `generated`, the
-//! triangle's registers of `numerics`, the fused tape of `expr`, the work in wide registers of `logs` and `identification`.
+//! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the SIMD lanes of `generated`, the
+//! triangle in registers of `numerics`, the fused tape of `expr`, the work in wide registers of `logs` and `identification`.
 //!
 //! The latter two need a nightly compiler, and Miri its component and `rust-src`. A tool that is missing is reported
 //! and is no failure.
@@ -7,7 +7,7 @@
 //! | | runs | leaves out |
 //! |---|---|---|
 //! | valgrind | the tests of the kernels, on the registers that it knows: AVX2 with FMA, no AVX-512 | |
-//! | address sanitizer | all tests of the libraries of these packages, and those of the lanes, on all registers that the processor has | |
+//! | address sanitizer | library tests of these packages, and tests of the SIMD lanes, on all registers of the processor | |
 //! | Miri | the tests of the kernels, each for no vectors, for AVX2 with FMA and for AVX-512 | robots of more than three coordinates: an hour |
 //!
 //! Not here: the package for Python, whose `unsafe` needs an interpreter.
@@ -16,7 +16,7 @@ use std::process::Command;
 
 use crate::cargo::{done, host, root, said, target};
 
-/// Tests of kernels: package, what cargo selects of it, and part of their names.
+/// Tests of kernels: package, target selection of cargo, and part of the test names.
 const KERNELS: [[&str; 3]; 6] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],
@@ -26,7 +26,7 @@ const KERNELS: [[&str; 3]; 6] = [
     ["tests", "--test=model", "lanes::"],
 ];
 
-/// Instructions that Miri is told the processor has.
+/// Target features of the processors that Miri runs the kernels for.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -94,7 +94,7 @@ fn address(nightly: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The name of a nightly toolchain, as rustup has it.
+/// The name of a nightly toolchain in rustup; `None` where there is none.
 fn nightly() -> Option<String> {
     let text = said(Command::new("rustup").args(["toolchain", "list"]));
     let names = text.lines().filter_map(|line| line.split_whitespace().next());

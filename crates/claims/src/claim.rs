@@ -1,14 +1,14 @@
-//! A claim: a subject, and what a check of it came to.
+//! A claim: a subject, and the outcome of its check.
 
 use std::fmt;
 
 use serde::Serialize;
 
 use crate::outcome::Outcome;
-use crate::standing::Standing;
+use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// What may be said of a subject. Its Display is a sentence.
+/// A statement on a subject with its evidence. Its Display is a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
     #[serde(flatten)]
@@ -18,7 +18,7 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// What a check came to. Without its evidence, that cannot be told.
+    /// The claim of a check's outcome. An outcome without evidence becomes "cannot tell".
     pub fn new(subject: Subject, outcome: Outcome) -> Claim {
         if outcome.has_evidence() {
             return Claim { subject, outcome };
@@ -27,12 +27,12 @@ impl Claim {
         Claim { subject, outcome: Outcome::CannotTell { why, would_tell } }
     }
 
-    /// What the claim is about.
+    /// The subject of the claim.
     pub fn subject(&self) -> &Subject {
         &self.subject
     }
 
-    /// What the check came to.
+    /// The outcome of the check.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome
     }
@@ -41,12 +41,12 @@ impl Claim {
 impl Claim {
     /// Whether it says that something is wrong.
     pub fn is_contradicted(&self) -> bool {
-        self.standing() == Standing::Refused
+        self.standing() == EvidenceLevel::Refused
     }
 
-    /// How it stands.
-    pub fn standing(&self) -> Standing {
-        Standing::of(&self.outcome)
+    /// Its level of evidence.
+    pub fn standing(&self) -> EvidenceLevel {
+        EvidenceLevel::of(&self.outcome)
     }
 }
 
@@ -63,7 +63,7 @@ mod tests {
     use crate::remedy::{Remedy, Trial};
     use crate::subject::Topic;
 
-    /// Each outcome, all of its evidence made of one text and one number.
+    /// Each outcome, with the same text and number as evidence.
     fn each(text: &str, number: f64) -> [Claim; 7] {
         let (text, figure) = (|| text.to_string(), || Figure::new(number, "deg"));
         let contradicted = |trial| {
@@ -91,7 +91,7 @@ mod tests {
             "contradicted: a text; remedy: a text (identify, offset = 0.05, joints = [q2]), tried: a text 0.4 deg before, 0.4 deg after",
             "contradicted: a text; remedy: a text (identify, offset = 0.05, joints = [q2]), not tried, because a text",
             "assumed by a text: a text",
-            "cannot be told, because a text; a text would tell",
+            "cannot tell, because a text; a text would tell",
             "not looked at, because a text; a text would tell",
         ];
         assert_eq!(said, expected.map(|sentence| format!("zero of q2, q3: {sentence}")));

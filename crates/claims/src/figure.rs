@@ -4,12 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// `x` with at most so many significant digits, and no zeros behind them: `0.5`, `-6.283`. It has an exponent only where
-/// it could not be read without.
+/// `x` with at most `digits` significant digits, without trailing zeros: `0.5`, `-6.283`. Very small and very large numbers
+/// have an exponent.
 pub fn significant(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
     match rounded.abs() {
-        // Minus zero too.
+        // -0 too.
         0.0 => "0".into(),
         1e-5..1e7 => rounded.to_string(),
         _ => format!("{rounded:e}"),
@@ -31,7 +31,7 @@ impl Figure {
         Figure { value, unit: unit.into() }
     }
 
-    /// Four significant digits, or all of them where four would say something false.
+    /// Four significant digits, or all digits where `is_false` holds for the rounded number.
     fn rounded(&self, is_false: impl Fn(f64) -> bool) -> String {
         let rounded = format!("{:.3e}", self.value).parse().unwrap_or(self.value);
         format!("{} {}", if is_false(rounded) { self.value } else { rounded }, self.unit)
@@ -44,15 +44,15 @@ impl fmt::Display for Figure {
     }
 }
 
-/// On which side of a figure a quantity stays.
+/// A figure that bounds a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// It is no greater.
+    /// The quantity is not greater.
     AtMost(Figure),
-    /// It is no less.
+    /// The quantity is not less.
     AtLeast(Figure),
-    /// It is the figure itself.
+    /// The quantity equals the figure.
     Exactly(Figure),
 }
 

@@ -1,94 +1,94 @@
-//! What a proof does not cover: what is assumed, by whom, and what nobody looked at, and why.
+//! Requirements that a proof does not cover: assumptions with their source, and unchecked requirements with the reason.
 
 use serde::{Deserialize, Serialize};
 
-/// What it would have been about.
+/// The topic of a requirement that is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Matter {
-    /// A limit that neither description nor user gives.
+pub enum LeftOutTopic {
+    /// A limit that neither the description nor the user gives.
     Limit,
     /// Torques.
     Effort,
     /// Powers.
     Power,
-    /// Two links of the robot.
+    /// The distance of two links of the robot.
     Distance,
     /// The floor.
     Floor,
     /// A wall, or the side of a box.
     Region,
-    /// The way to the first pose, and from the last.
+    /// The path to the first pose, and from the last pose.
     Approach,
-    /// Errors of the robot that the proof would have room for.
+    /// Errors of the robot for which the proof has no margin.
     Margin,
 }
 
-/// Why something is left out.
+/// The reason why a requirement is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Why {
-    /// It is taken for kept.
+pub enum LeftOutReason {
+    /// It is assumed to hold.
     Assumed {
-        /// What is taken for true, as a clause.
+        /// The assumption, as a clause.
         what: String,
-        /// Who said so: `the user`, `default`.
+        /// Its source: `the user`, `default`.
         by: String,
     },
-    /// Nobody looked.
+    /// It was not checked.
     NotLookedAt {
-        /// A clause.
+        /// The reason, as a clause.
         why: String,
-        /// A noun.
+        /// Data that would allow the check, as a noun.
         would_tell: String,
     },
 }
 
-/// Something that no proof is about.
+/// A requirement that no proof covers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeftOut {
-    /// What it would have been about.
-    pub matter: Matter,
-    /// Pairs of links, links or coordinates by name; none: all of them.
+    /// Its topic.
+    pub matter: LeftOutTopic,
+    /// Pairs of links, links or coordinates by name; empty: all of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
     /// The reason.
-    pub why: Why,
+    pub why: LeftOutReason,
     /// Whether the user asked for it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_asked: bool,
 }
 
 impl LeftOut {
-    /// Something that is taken for kept.
-    pub fn assumed(matter: Matter, of: Vec<String>, what: impl Into<String>, by: impl Into<String>) -> LeftOut {
-        LeftOut { matter, of, why: Why::Assumed { what: what.into(), by: by.into() }, is_asked: false }
+    /// A requirement that is assumed to hold.
+    pub fn assumed(matter: LeftOutTopic, of: Vec<String>, what: impl Into<String>, by: impl Into<String>) -> LeftOut {
+        LeftOut { matter, of, why: LeftOutReason::Assumed { what: what.into(), by: by.into() }, is_asked: false }
     }
 
-    /// Something at which nobody looked.
+    /// A requirement that was not checked.
     pub fn not_looked_at(
-        matter: Matter,
+        matter: LeftOutTopic,
         of: Vec<String>,
         why: impl Into<String>,
         would_tell: impl Into<String>,
     ) -> LeftOut {
-        let why = Why::NotLookedAt { why: why.into(), would_tell: would_tell.into() };
+        let why = LeftOutReason::NotLookedAt { why: why.into(), would_tell: would_tell.into() };
         LeftOut { matter, of, why, is_asked: false }
     }
 
-    /// The way to the first pose and from the last, which is no part of a motion.
+    /// The path to the first pose and from the last pose, which is no part of a motion.
     pub fn approach() -> LeftOut {
         LeftOut::not_looked_at(
-            Matter::Approach,
+            LeftOutTopic::Approach,
             vec![],
             "the motion begins and ends at poses of its own",
             "a path from where the robot stands",
         )
     }
 
-    /// Whether the user asked for it and nobody looked.
+    /// Whether the user asked for it and it was not checked.
     pub fn is_owed(&self) -> bool {
-        self.is_asked && matches!(self.why, Why::NotLookedAt { .. })
+        self.is_asked && matches!(self.why, LeftOutReason::NotLookedAt { .. })
     }
 }

@@ -1,20 +1,20 @@
-//! What may be said of a log, an estimate, a model, a motion or a plan: claims, each with its evidence.
+//! Claims on a log, an estimate, a model, a motion or a plan, each with its evidence.
 //!
-//! | outcome | says | carries | standing |
+//! | outcome | says | carries | level of evidence |
 //! |---|---|---|---|
 //! | proven | for every state or instant | the bound, and what derives it again | `Proven` |
 //! | agrees | these data would have shown a fault of this size | the smallest such fault | `Agreed` |
 //! | assumed | what was taken for true | by whom | `Assumed` |
-//! | cannot tell, not looked at | why | what would tell | `Open` |
+//! | cannot tell, not looked at | why | what would decide it | `Open` |
 //! | contradicted | what is wrong | the remedy, and what it changed where it was tried | `Refused` |
 //!
-//! A [`Purpose`] needs some subjects, and [`worst`] is the rule for it: the lowest standing among the claims about them. A
-//! needed subject that no claim is about is open. Exit code, trust and "proven" follow from that standing alone. What the
-//! purpose does not need lowers nothing.
+//! A [`Purpose`] needs some subjects, and [`worst`] is the rule for it: the lowest level of evidence among the claims about
+//! them. A needed subject without a claim is open. Exit code, trust and "proven" follow only from this level. Claims about
+//! other subjects do not lower it.
 //!
-//! A claim without evidence cannot be made: an outcome does not compile without what it carries, and an empty text or a
-//! figure that is no finite number is no evidence, so that [`Claim::new`] makes "cannot tell" of it. Claims are written
-//! and never read: what a file claims is the file's.
+//! A claim without evidence cannot be made: an outcome does not compile without its evidence. An empty text or a figure that
+//! is no finite number is no evidence; [`Claim::new`] turns it into "cannot tell". Claims are written and never read, because
+//! the claims in a file prove nothing.
 //!
 //! ```
 //! use claims::{Claim, Figure, Outcome, Subject, Topic};
@@ -32,7 +32,8 @@
 //! let claim = Claim { subject: Subject::of(Topic("zero"), ["q2"]), outcome };
 //! ```
 //!
-//! Not here: any check. The crate knows neither robots nor flags; whoever prints a remedy spells its fields as its user does.
+//! Not here: any check. The crate knows neither robots nor flags; the program that prints a remedy spells its fields for the
+//! user.
 
 #![warn(missing_docs)]
 
@@ -48,10 +49,10 @@ mod subject;
 
 pub use claim::Claim;
 pub use figure::{Bound, Figure, significant};
-pub use left_out::{LeftOut, Matter, Why};
+pub use left_out::{LeftOut, LeftOutReason, LeftOutTopic};
 pub use outcome::Outcome;
 pub use purpose::{Need, Purpose};
 pub use remedy::{Remedy, Trial};
 pub use rule::{lowering, worst};
-pub use standing::{Standing, Trust};
+pub use standing::{EvidenceLevel, Trust};
 pub use subject::{Subject, Topic};

@@ -1,4 +1,4 @@
-//! What a check came to, with its evidence.
+//! Outcomes of checks, with their evidence.
 
 use std::fmt;
 
@@ -7,69 +7,71 @@ use serde::Serialize;
 use crate::figure::{Bound, Figure};
 use crate::remedy::{Remedy, Trial};
 
-/// What a check came to. It counts once a [`Claim`](crate::Claim) holds it.
+/// The outcome of a check, as a part of a [`Claim`](crate::Claim).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum Outcome {
     /// It holds for every state or instant.
     Proven {
-        /// What is proven.
+        /// The proven bound.
         bound: Bound,
-        /// What derives it again, as a noun: `interval arithmetic over each period`.
+        /// The method that derives it again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
     /// These data would have shown a fault.
     Agrees {
-        /// The smallest fault that would have shown, at each joint of the subject. Infinite where none would.
+        /// The smallest fault that would have been detected, at each joint of the subject. Infinite where no fault would be.
         smallest: Figure,
     },
-    /// It is taken for true.
+    /// It is assumed to hold.
     Assumed {
-        /// What is: `the base does not move`.
+        /// The assumption, as a clause: `the base does not move`.
         what: String,
-        /// Who said so: `the description`, `the user`, `default`.
+        /// Its source: `the description`, `the user`, `default`.
         by: String,
     },
-    /// The data cannot tell.
+    /// The data do not decide it.
     CannotTell {
-        /// A clause: `these joints carry too little gravity`.
+        /// The reason, as a clause: `these joints carry too little gravity`.
         why: String,
-        /// A noun: `a log in which the shoulder moves`.
+        /// Data that would decide it, as a noun: `a log in which the shoulder moves`.
         would_tell: String,
     },
-    /// Nobody looked.
+    /// It was not checked.
     NotLookedAt {
-        /// A clause: `the mesh of l3 cannot be read`.
+        /// The reason, as a clause: `the mesh of l3 cannot be read`.
         why: String,
-        /// A noun.
+        /// Data that would allow the check, as a noun.
         would_tell: String,
     },
     /// Something is wrong.
     Contradicted {
-        /// What, as a clause: `it is off by 3 deg`.
+        /// The fault, as a clause: `it is off by 3 deg`.
         fault: String,
-        /// What mends it.
+        /// The request that removes the fault.
         remedy: Remedy,
-        /// Whether that was tried.
+        /// Whether the remedy was tried.
         trial: Trial,
     },
 }
 
 impl Outcome {
-    /// Whether each text says something, and each figure is a finite number.
+    /// Whether no text is empty, and each figure is a finite number.
     pub(crate) fn has_evidence(&self) -> bool {
         let says = |texts: &[&String]| texts.iter().all(|text| !text.trim().is_empty());
-        let tells = |figure: &Figure| figure.value.is_finite() && says(&[&figure.unit]);
+        let has_figure = |figure: &Figure| figure.value.is_finite() && says(&[&figure.unit]);
         match self {
-            Outcome::Proven { bound, derivation } => tells(bound.figure()) && says(&[derivation]),
-            Outcome::Agrees { smallest } => tells(smallest),
+            Outcome::Proven { bound, derivation } => has_figure(bound.figure()) && says(&[derivation]),
+            Outcome::Agrees { smallest } => has_figure(smallest),
             Outcome::Assumed { what, by } => says(&[what, by]),
             Outcome::CannotTell { why, would_tell } | Outcome::NotLookedAt { why, would_tell } => {
                 says(&[why, would_tell])
             }
             Outcome::Contradicted { fault, remedy, trial } => {
                 let is_told = match trial {
-                    Trial::Tried { quantity, before, after } => says(&[quantity]) && tells(before) && tells(after),
+                    Trial::Tried { quantity, before, after } => {
+                        says(&[quantity]) && has_figure(before) && has_figure(after)
+                    }
                     Trial::NotTried { why } => says(&[why]),
                 };
                 says(&[fault, &remedy.step, &remedy.sentence]) && is_told
@@ -85,7 +87,7 @@ impl fmt::Display for Outcome {
             Outcome::Agrees { smallest } => write!(f, "agrees; a fault of {smallest} would have shown"),
             Outcome::Assumed { what, by } => write!(f, "assumed by {by}: {what}"),
             Outcome::CannotTell { why, would_tell } => {
-                write!(f, "cannot be told, because {why}; {would_tell} would tell")
+                write!(f, "cannot tell, because {why}; {would_tell} would tell")
             }
             Outcome::NotLookedAt { why, would_tell } => {
                 write!(f, "not looked at, because {why}; {would_tell} would tell")

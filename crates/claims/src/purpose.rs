@@ -1,50 +1,50 @@
-//! What somebody wants to do, and what must be told for it.
+//! Purposes of a user, and the subjects that each purpose needs.
 
 use crate::claim::Claim;
-use crate::standing::Standing;
+use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A subject that a purpose needs, and how high it must stand.
+/// A subject that a purpose needs, and the level of evidence that it needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
     subject: Subject,
-    kind: Kind,
+    kind: NeedKind,
 }
 
-/// When a need lowers the standing of its purpose.
+/// When a need lowers the level of evidence of its purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    /// Where it is not told as high as this, the purpose is refused; untold, it is open.
-    AtLeast(Standing),
-    /// Where anything told about it stands low.
+enum NeedKind {
+    /// Where the claims about it are below this level, the purpose is refused; without claims, it is open.
+    AtLeast(EvidenceLevel),
+    /// Where any claim about it has a low level.
     WhereTold,
     /// Where it is contradicted.
     Uncontradicted,
 }
 
 impl Need {
-    /// A subject that must be told. Where each joint must be told, it names the joints.
+    /// A subject that needs a claim. Where each joint needs a claim, the subject names the joints.
     pub fn new(subject: Subject) -> Need {
-        Need { subject, kind: Kind::AtLeast(Standing::Open) }
+        Need { subject, kind: NeedKind::AtLeast(EvidenceLevel::Open) }
     }
 
-    /// A subject that must stand as high as this, since the user asked for it: where it is lower, the purpose is refused.
-    pub fn at_least(subject: Subject, standing: Standing) -> Need {
-        Need { subject, kind: Kind::AtLeast(standing) }
+    /// A subject that needs this level of evidence, since the user asked for it: below it, the purpose is refused.
+    pub fn at_least(subject: Subject, standing: EvidenceLevel) -> Need {
+        Need { subject, kind: NeedKind::AtLeast(standing) }
     }
 
-    /// A subject of which everything counts that is said, and that lowers nothing where nobody says anything.
-    pub fn where_told(subject: Subject) -> Need {
-        Need { subject, kind: Kind::WhereTold }
+    /// A subject whose claims all count, and which lowers nothing where it has no claims.
+    pub fn where_claimed(subject: Subject) -> Need {
+        Need { subject, kind: NeedKind::WhereTold }
     }
 
-    /// A subject that must not be contradicted, and that lowers nothing where it cannot be told.
+    /// A subject that must not be contradicted, and which lowers nothing where it is undecided.
     pub fn uncontradicted(subject: Subject) -> Need {
-        Need { subject, kind: Kind::Uncontradicted }
+        Need { subject, kind: NeedKind::Uncontradicted }
     }
 
-    /// Whether every joint that it names has a claim, and it has one at all.
-    pub(crate) fn is_told(&self, claims: &[Claim]) -> bool {
+    /// Whether it has a claim, and every joint that it names has one.
+    pub(crate) fn has_claims(&self, claims: &[Claim]) -> bool {
         let about = |name: &String| {
             let part = Subject::of(self.subject.topic, [name]);
             claims.iter().any(|claim| claim.subject().touches(&part))
@@ -52,38 +52,38 @@ impl Need {
         claims.iter().any(|claim| claim.subject().touches(&self.subject)) && self.subject.of.iter().all(about)
     }
 
-    /// Whether a claim keeps it from a yes.
+    /// Whether a claim prevents the answer yes.
     pub(crate) fn is_lowered_by(&self, claim: &Claim) -> bool {
         let standing = claim.standing();
         let is_low = match self.kind {
-            Kind::AtLeast(least) => standing < least.max(Standing::Agreed),
-            Kind::WhereTold => standing < Standing::Agreed,
-            Kind::Uncontradicted => standing == Standing::Refused,
+            NeedKind::AtLeast(least) => standing < least.max(EvidenceLevel::Agreed),
+            NeedKind::WhereTold => standing < EvidenceLevel::Agreed,
+            NeedKind::Uncontradicted => standing == EvidenceLevel::Refused,
         };
         is_low && claim.subject().touches(&self.subject)
     }
 
-    /// The lowest standing among the claims about it.
-    pub(crate) fn standing(&self, claims: &[Claim]) -> Standing {
+    /// The lowest level of evidence among the claims about the subject.
+    pub(crate) fn standing(&self, claims: &[Claim]) -> EvidenceLevel {
         let about = claims.iter().filter(|claim| claim.subject().touches(&self.subject));
         let lowest = about.map(|claim| claim.standing()).min();
         match self.kind {
-            Kind::AtLeast(least) => {
-                let untold = (!self.is_told(claims)).then_some(Standing::Open);
-                let lowest = lowest.into_iter().chain(untold).min();
-                lowest.filter(|standing| *standing >= least).unwrap_or(Standing::Refused)
+            NeedKind::AtLeast(least) => {
+                let unclaimed = (!self.has_claims(claims)).then_some(EvidenceLevel::Open);
+                let lowest = lowest.into_iter().chain(unclaimed).min();
+                lowest.filter(|standing| *standing >= least).unwrap_or(EvidenceLevel::Refused)
             }
-            Kind::WhereTold => lowest.unwrap_or(Standing::Proven),
-            Kind::Uncontradicted if lowest == Some(Standing::Refused) => Standing::Refused,
-            Kind::Uncontradicted => Standing::Proven,
+            NeedKind::WhereTold => lowest.unwrap_or(EvidenceLevel::Proven),
+            NeedKind::Uncontradicted if lowest == Some(EvidenceLevel::Refused) => EvidenceLevel::Refused,
+            NeedKind::Uncontradicted => EvidenceLevel::Proven,
         }
     }
 }
 
-/// What is wanted, by name, and what it needs: at least one subject, since what needs nothing would always be proven.
+/// A purpose and its needs: at least one, since a purpose without needs would always be proven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Purpose {
-    /// As printed: `gravity compensation`.
+    /// The printed name: `gravity compensation`.
     pub name: &'static str,
     pub(crate) needs: Vec<Need>,
 }
@@ -94,7 +94,7 @@ impl Purpose {
         Purpose { name, needs: vec![need] }
     }
 
-    /// The same with one need more.
+    /// Adds a need.
     pub fn and(mut self, need: Need) -> Purpose {
         self.needs.push(need);
         self

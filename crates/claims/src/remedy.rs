@@ -1,4 +1,4 @@
-//! What mends a contradiction.
+//! Remedies of contradictions.
 
 use std::fmt;
 
@@ -6,24 +6,24 @@ use serde::Serialize;
 
 use crate::figure::Figure;
 
-/// A request that mends what is wrong: a step, and fields of its request. Each surface spells them for its user.
+/// A request that removes a fault: a step, and fields of its request. The program and Python spell them for their users.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// The step to take: `identify`.
+    /// The step: `identify`.
     pub step: String,
-    /// Fields of its request, each with its value as YAML has it: `0.02`, `auto`, `[q2, q3]`.
+    /// Fields of its request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
     pub fields: Vec<(String, String)>,
-    /// What it does, as an advice: `let the delay be found`.
+    /// Its effect, as an advice: `let the delay be found`.
     pub sentence: String,
 }
 
 impl Remedy {
-    /// A step that is taken as it is.
+    /// A step without fields.
     pub fn new(step: impl Into<String>, sentence: impl Into<String>) -> Remedy {
         Remedy { step: step.into(), fields: Vec::new(), sentence: sentence.into() }
     }
 
-    /// The same with one field more.
+    /// Adds a field.
     pub fn with(mut self, field: impl Into<String>, value: impl fmt::Display) -> Remedy {
         self.fields.push((field.into(), value.to_string()));
         self
@@ -41,18 +41,18 @@ impl fmt::Display for Remedy {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trial {
-    /// It was, and changed a quantity.
+    /// It was tried, and changed a quantity.
     Tried {
-        /// What is compared: `residual`.
+        /// The compared quantity: `residual`.
         quantity: String,
-        /// Its figure without the remedy.
+        /// Its value without the remedy.
         before: Figure,
-        /// Its figure with it.
+        /// Its value with the remedy.
         after: Figure,
     },
-    /// It was not.
+    /// It was not tried.
     NotTried {
-        /// A clause: `it needs another log`.
+        /// The reason, as a clause: `it needs another log`.
         why: String,
     },
 }

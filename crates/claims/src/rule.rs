@@ -1,17 +1,17 @@
-//! The rule: the worst claim that a purpose needs.
+//! The rule: the worst claim among the needs of a purpose decides.
 
 use crate::claim::Claim;
 use crate::purpose::Purpose;
-use crate::standing::Standing;
+use crate::standing::EvidenceLevel;
 
-/// The lowest standing among all that a purpose needs.
+/// The lowest level of evidence among the needs of a purpose.
 ///
-/// One more claim never raises it, but for the first one about what nobody had told.
-pub fn worst(claims: &[Claim], purpose: &Purpose) -> Standing {
-    purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(Standing::Open)
+/// A further claim never raises it, except the first claim about a subject.
+pub fn worst(claims: &[Claim], purpose: &Purpose) -> EvidenceLevel {
+    purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(EvidenceLevel::Open)
 }
 
-/// The claims that keep a purpose from a yes.
+/// The claims that prevent the answer yes for a purpose.
 pub fn lowering<'a>(claims: &'a [Claim], purpose: &Purpose) -> Vec<&'a Claim> {
     let is_low = |claim: &&Claim| purpose.needs.iter().any(|need| need.is_lowered_by(claim));
     claims.iter().filter(is_low).collect()
@@ -30,7 +30,7 @@ mod tests {
     const ZERO: Topic = Topic("zero");
     const FLOOR: Topic = Topic("floor");
 
-    /// From proven to contradicted.
+    /// All outcomes, from proven to contradicted.
     fn outcomes() -> [Outcome; 6] {
         let (figure, text) = (|| Figure::new(1.0, "m"), || "a text".to_string());
         let trial = Trial::NotTried { why: text() };
@@ -54,16 +54,17 @@ mod tests {
         let purposes = [
             Purpose::new("any joint", Need::new(of(ZERO, 0))),
             Purpose::new("both joints", Need::new(of(ZERO, 3))),
-            Purpose::new("two needs", Need::new(of(ZERO, 2))).and(Need::at_least(of(FLOOR, 0), Standing::Assumed)),
-            Purpose::new("a proof", Need::at_least(of(ZERO, 0), Standing::Proven)),
-            Purpose::new("where told", Need::where_told(of(ZERO, 1))),
+            Purpose::new("two needs", Need::new(of(ZERO, 2))).and(Need::at_least(of(FLOOR, 0), EvidenceLevel::Assumed)),
+            Purpose::new("a proof", Need::at_least(of(ZERO, 0), EvidenceLevel::Proven)),
+            Purpose::new("where claimed", Need::where_claimed(of(ZERO, 1))),
             Purpose::new("uncontradicted", Need::uncontradicted(of(ZERO, 2))),
         ];
+        // For each purpose and each pair of claims: order and repetition do not matter, and a further claim raises nothing.
         for purpose in &purposes {
-            let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.is_told(claims));
+            let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.has_claims(claims));
             let needs = |claim: &Claim| claim.subject().topic == ZERO || purpose.needs.len() == 2;
-            let is_asked = !matches!(purpose.name, "where told" | "uncontradicted");
-            assert_eq!(worst(&[], purpose) <= Standing::Open, is_asked);
+            let is_asked = !matches!(purpose.name, "where claimed" | "uncontradicted");
+            assert_eq!(worst(&[], purpose) <= EvidenceLevel::Open, is_asked);
             for a in &pool {
                 for b in &pool {
                     let one = [a.clone()];
@@ -79,7 +80,7 @@ mod tests {
 
     #[test]
     fn what_was_asked_for_may_not_stay_open() {
-        use Standing::{Agreed, Assumed, Proven, Refused};
+        use EvidenceLevel::{Agreed, Assumed, Proven, Refused};
         let asked = Purpose::new("a motion", Need::at_least(Subject::whole(FLOOR), Assumed));
         let found = outcomes().map(|outcome| worst(&[Claim::new(Subject::whole(FLOOR), outcome)], &asked));
         assert_eq!(found, [Proven, Agreed, Assumed, Refused, Refused, Refused]);
@@ -95,15 +96,15 @@ mod tests {
             let zero = Claim::new(Subject::of(ZERO, ["q1"]), outcome);
             worst(&[agrees.clone(), zero], &purpose)
         });
-        use Standing::{Agreed, Open, Refused};
+        use EvidenceLevel::{Agreed, Open, Refused};
         assert_eq!(found, [Agreed, Agreed, Agreed, Agreed, Agreed, Refused]);
-        let counts = Purpose::new("one", Need::where_told(Subject::of(ZERO, ["q1"])));
+        let counts = Purpose::new("one", Need::where_claimed(Subject::of(ZERO, ["q1"])));
         let found = outcomes().map(|outcome| worst(&[Claim::new(Subject::of(ZERO, ["q1"]), outcome)], &counts));
-        use Standing::{Assumed, Proven};
+        use EvidenceLevel::{Assumed, Proven};
         assert_eq!(found, [Proven, Agreed, Assumed, Open, Open, Refused]);
         assert_eq!(worst(&[], &counts), Proven);
         assert_eq!(worst(std::slice::from_ref(&agrees), &purpose), Agreed);
-        // A contradiction at another joint is not one of this subject.
+        // A contradiction at another joint does not concern this subject.
         let elsewhere = Claim::new(Subject::of(ZERO, ["q2"]), outcomes()[5].clone());
         assert_eq!(worst(&[agrees, elsewhere], &purpose), Agreed);
     }

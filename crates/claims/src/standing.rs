@@ -1,16 +1,16 @@
-//! How claims stand; exit code, trust and "proven" follow from it.
+//! The level of evidence of claims; exit code, trust and "proven" follow from it.
 
 use serde::Serialize;
 
 use crate::outcome::Outcome;
 
-/// How claims stand for a purpose, the lowest first.
+/// The level of evidence of claims for a purpose, the lowest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Standing {
-    /// Something is contradicted, or stands lower than the user asked for.
+pub enum EvidenceLevel {
+    /// Something is contradicted, or below the level that the user asked for.
     Refused,
-    /// Something cannot be told, or nobody looked.
+    /// Something cannot be determined, or was not checked.
     Open,
     /// Something is assumed.
     Assumed,
@@ -43,40 +43,40 @@ impl Trust {
     }
 }
 
-impl Standing {
-    pub(crate) fn of(outcome: &Outcome) -> Standing {
+impl EvidenceLevel {
+    pub(crate) fn of(outcome: &Outcome) -> EvidenceLevel {
         match outcome {
-            Outcome::Proven { .. } => Standing::Proven,
-            Outcome::Agrees { .. } => Standing::Agreed,
-            Outcome::Assumed { .. } => Standing::Assumed,
-            Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => Standing::Open,
-            Outcome::Contradicted { .. } => Standing::Refused,
+            Outcome::Proven { .. } => EvidenceLevel::Proven,
+            Outcome::Agrees { .. } => EvidenceLevel::Agreed,
+            Outcome::Assumed { .. } => EvidenceLevel::Assumed,
+            Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => EvidenceLevel::Open,
+            Outcome::Contradicted { .. } => EvidenceLevel::Refused,
         }
     }
 
     /// Whether to use what was found.
     pub fn trust(self) -> Trust {
         match self {
-            Standing::Refused => Trust::No,
-            Standing::Open | Standing::Assumed => Trust::WithCare,
-            Standing::Agreed | Standing::Proven => Trust::Yes,
+            EvidenceLevel::Refused => Trust::No,
+            EvidenceLevel::Open | EvidenceLevel::Assumed => Trust::WithCare,
+            EvidenceLevel::Agreed | EvidenceLevel::Proven => Trust::Yes,
         }
     }
 
     /// Whether "proven" may be said.
     pub fn is_proven(self) -> bool {
-        self == Standing::Proven
+        self == EvidenceLevel::Proven
     }
 
-    /// What the program ends with.
+    /// The exit code of the program.
     pub fn exit_code(self) -> u8 {
-        u8::from(self == Standing::Refused)
+        u8::from(self == EvidenceLevel::Refused)
     }
 }
 
 #[test]
 fn exit_code_trust_and_proven_follow_the_standing() {
-    use Standing::{Agreed, Assumed, Open, Proven, Refused};
+    use EvidenceLevel::{Agreed, Assumed, Open, Proven, Refused};
     let found = [Refused, Open, Assumed, Agreed, Proven].map(|s| (s.exit_code(), s.trust(), s.is_proven()));
     let (no, care, yes) = (Trust::No, Trust::WithCare, Trust::Yes);
     assert_eq!(found, [(1, no, false), (0, care, false), (0, care, false), (0, yes, false), (0, yes, true)]);

@@ -1,20 +1,20 @@
-//! What a claim is about.
+//! Subjects of claims.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// A matter that is looked at, as a noun that stands before "of q2": `zero`, `delay`, `distance`. The crate that looks
-/// at it names it once.
+/// A topic of a check, as a noun that fits before "of q2": `zero`, `delay`, `distance`. The crate with the check defines it
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Topic(pub &'static str);
 
 /// A topic at joints or links.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Subject {
-    /// The matter.
+    /// The topic.
     pub topic: Topic,
-    /// Joints or links by name; none: the whole.
+    /// Joints or links by name; empty: the whole.
     pub of: Vec<String>,
 }
 

@@ -1,8 +1,8 @@
 //! The convex solids that a robot's links consist of.
 //!
-//! Each link of the file with collision geometry is a body, also where the file fixes it to another. Where neither a
-//! moving link nor those that are fixed to it have any, they are one body of points: the origins of their frames. These
-//! are enough for a box that a tool must stay in, and too little for a distance between links.
+//! Each link of the file with collision geometry is a body, also where the file fixes it to another link. Where neither a moving
+//! link nor the links fixed to it have any, they are one body of points: the origins of their frames. These points are enough for
+//! a box that a tool must stay in, but not for a distance between links.
 
 use std::path::Path;
 
@@ -14,49 +14,49 @@ use robot::vector::Vector3;
 
 /// A solid of a body.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct BodyShape {
     /// The solid in its own frame.
     pub solid: Solid,
-    /// Pose of that frame in the frame of the link that carries it.
+    /// Pose of the solid's frame in the frame of the link that carries it.
     pub pose: Pose,
-    /// Centre of a ball about it, in the frame of the link.
+    /// Centre of a ball that contains the solid, in the frame of the link, m.
     pub centre: Vector3,
-    /// Radius of that ball, m.
+    /// Radius of this ball, m.
     pub ball: f64,
     /// Largest distance of its points from the axis of the joint that carries it, m.
-    pub reach: f64,
+    pub max_axis_distance: f64,
 }
 
 /// A link of the file.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct FileLink {
     /// Its name in the file.
     pub name: String,
-    /// The moving link that it is or is fixed to, by its name in the file; of the base `base`.
+    /// The moving link that it is or is fixed to, by its name in the file; `base` for the base.
     pub carrier: String,
-    /// The link that carries it; none: the base.
+    /// Index of the link that carries it; `None` for the base.
     pub link: Option<usize>,
-    /// Empty: nothing is known of its shape.
-    pub shapes: Vec<Shape>,
-    /// Whether the file describes a shape: without one, points stand for it.
+    /// Its shapes; empty if its shape is unknown.
+    pub shapes: Vec<BodyShape>,
+    /// Whether the file describes a shape; otherwise points represent it.
     pub has_geometry: bool,
-    /// Why a shape of it is missing.
+    /// The reasons for missing shapes.
     pub missing: Vec<String>,
-    /// Of points: the frames whose origins they are, in their order.
+    /// For a body of points: the frames with these origins, in their order.
     pub frames: Vec<String>,
 }
 
-impl Shape {
-    pub(crate) fn new(solid: Solid, pose: Pose) -> Shape {
+impl BodyShape {
+    pub(crate) fn new(solid: Solid, pose: Pose) -> BodyShape {
         let (centre, ball) = solid.ball();
         let centre = pose.compose(&Pose { position: centre, ..Pose::IDENTITY }).position;
         let reach = solid.reach_from_z(&pose);
-        Shape { solid, pose, centre, ball, reach }
+        BodyShape { solid, pose, centre, ball, max_axis_distance: reach }
     }
 }
 
-/// Those of the base, then of every link, in order; `directory`: that of the description, from which meshes are found.
-pub fn bodies(robot: &Robot, directory: &Path) -> Vec<Body> {
+/// The bodies of the base, then of every link, in order; `directory`: directory of the description, where meshes are searched.
+pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     let mut found = carried("base", None, &robot.base.collisions, &[], directory);
     for (j, link) in robot.links.iter().enumerate() {
         let own = [(link.name.clone(), link.file_frame)];
@@ -66,15 +66,15 @@ pub fn bodies(robot: &Robot, directory: &Path) -> Vec<Body> {
     found
 }
 
-/// The bodies that move as one.
+/// The bodies of one link, which move together.
 fn carried(
     carrier: &str,
     link: Option<usize>,
     given: &[Collision],
     frames: &[(String, Pose)],
     directory: &Path,
-) -> Vec<Body> {
-    let body = |name: &str| Body {
+) -> Vec<FileLink> {
+    let body = |name: &str| FileLink {
         name: name.to_string(),
         carrier: carrier.to_string(),
         link,
@@ -84,23 +84,23 @@ fn carried(
         frames: vec![],
     };
     // One body per link of the file, of all its shapes; a mesh that cannot be read is missing.
-    let mut found: Vec<Body> = Vec::new();
+    let mut found: Vec<FileLink> = Vec::new();
     for collision in given {
         let at = found.iter().position(|b| b.name == collision.link).unwrap_or_else(|| {
             found.push(body(&collision.link));
             found.len() - 1
         });
         match solid(collision, directory) {
-            Ok(solid) => found[at].shapes.push(Shape::new(solid, collision.pose)),
+            Ok(solid) => found[at].shapes.push(BodyShape::new(solid, collision.pose)),
             Err(why) => found[at].missing.push(why),
         }
     }
-    // Nothing has a shape: one body of points, the origins of all frames.
+    // No link has a shape: one body of points, the origins of all frames.
     if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
-        let points = frames.iter().map(|(_, pose)| Shape::new(point(), *pose)).collect();
+        let points = frames.iter().map(|(_, pose)| BodyShape::new(point(), *pose)).collect();
         let frames = frames.iter().map(|(frame, _)| frame.clone()).collect();
-        found.push(Body { shapes: points, frames, ..body(carrier) });
+        found.push(FileLink { shapes: points, frames, ..body(carrier) });
     }
     found
 }
@@ -108,7 +108,7 @@ fn carried(
 /// Largest coordinate of a vertex in its link's frame, m.
 const FARTHEST_POINT_M: f64 = 100.0;
 
-/// The solid of a shape; the error says why there is none.
+/// The solid of a shape; the error gives the reason why there is none.
 pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
     match &collision.shape {
         CollisionShape::Unread { reason } => Err(reason.clone()),
@@ -124,7 +124,7 @@ pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, St
 
 /// The vertices of a mesh in the link's frame, m.
 ///
-/// Fails where one is beyond `FARTHEST_POINT_M`: gaps to such a body take a proof without end, and are none of a robot.
+/// Fails where one is beyond `FARTHEST_POINT_M`: such a body belongs to no robot, and a proof of its gaps would not end.
 fn scaled(points: &[Vector3], scale: &Vector3) -> Result<Vec<Vector3>, String> {
     let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
     match points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {

@@ -1,35 +1,36 @@
-//! How far bodies may be from where the joints put them, and what that takes of a gap.
+//! Position errors of bodies relative to the joints' positions, and the part of a gap that they use up.
 //!
-//! A gap of two bodies loses 2 c + sum of R_j e_j, that of a body to a half-space c + sum of R_j e_j: c is how far a point of a body may be
-//! from where it is taken to be, e_j how far joint j, and R_j how fast that joint moves the body at most, wherever the robot may be.
+//! A gap of two bodies loses 2 c + sum of R_j e_j, a gap of a body to a half-space loses c + sum of R_j e_j: c is the largest
+//! error of a point of a body, e_j the largest error of joint j, and R_j the largest speed of the body per speed of that joint,
+//! at any configuration.
 
 use crate::clearance::Clearance;
 
-/// How far bodies may be from where the joints put them.
+/// Position errors of bodies and joints.
 #[derive(Clone, Debug, Default)]
 pub struct BodyErrors {
-    /// How far each joint may be from where it is taken to be, rad (m); none: all are there.
+    /// Largest error of each joint's position, rad (m); empty: no errors.
     pub joints: Vec<f64>,
-    /// Farthest each coordinate is from zero, rad (m).
+    /// Largest distance of each coordinate from zero, rad (m).
     pub farthest: Vec<f64>,
-    /// How far a point of a body may be from where it is taken to be, m.
+    /// Largest error of the position of a point of a body, m.
     pub bodies: f64,
 }
 
 impl BodyErrors {
-    /// Whether any is given.
+    /// Whether any error is given.
     pub(crate) fn is_any(&self) -> bool {
         self.bodies > 0.0 || self.joints.iter().any(|by| *by > 0.0)
     }
 }
 
 impl Clearance {
-    /// With how fast its gaps change at most. Raises each bound by what errors take of it: of both bodies of a pair, and of joints times how fast they move the
-    /// bodies wherever the robot may be.
+    /// Adds the largest rates of the gaps. Raises each bound by the errors: of both bodies of a pair, and of joints times the
+    /// rates of the bodies at any configuration.
     pub(crate) fn with_rates(mut self, errors: &BodyErrors) -> Clearance {
-        self.rates = self.rates(&self.told_ranges);
+        self.rates = self.rates(&self.given_ranges);
         let far = |k: usize| errors.farthest.get(k).copied().unwrap_or(0.0) + errors.joints.get(k).unwrap_or(&0.0);
-        let ranges: Vec<f64> = self.told_ranges.iter().enumerate().map(|(k, told)| told.max(far(k))).collect();
+        let ranges: Vec<f64> = self.given_ranges.iter().enumerate().map(|(k, given)| given.max(far(k))).collect();
         let rates = self.rates(&ranges);
         for (gap, rate) in self.gaps.iter_mut().zip(rates) {
             let sides = if gap.is_own { 2.0 } else { 1.0 };
@@ -45,11 +46,16 @@ impl Clearance {
 mod tests {
     use super::*;
     use crate::gaps::tests::{clearance, situation};
-    use crate::gaps::{FloorRule, Rules};
+    use crate::gaps::{ClearanceRules, FloorRule};
 
     #[test]
     fn a_gap_loses_no_more_than_its_margin() {
-        let rules = |errors| Rules { distance: Some(0.02), floor: FloorRule::At(-0.15), errors, ..Rules::default() };
+        let rules = |errors| ClearanceRules {
+            distance: Some(0.02),
+            floor: FloorRule::At(-0.15),
+            errors,
+            ..ClearanceRules::default()
+        };
         let (joints, bodies) = (vec![0.03, 0.05, 0.02], 0.004);
         let errors = BodyErrors { joints: joints.clone(), farthest: vec![3.0; 3], bodies };
         let (without, with) = (clearance(&rules(BodyErrors::default())).unwrap(), clearance(&rules(errors)).unwrap());
@@ -67,7 +73,7 @@ mod tests {
                 most = most.max(lost / gap.margin);
             }
         }
-        // It is no more than a few times what is lost.
+        // The margin is at most a few times the loss.
         assert!(most > 0.3, "{most}");
         assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
     }

@@ -1,14 +1,14 @@
-//! Bodies that have little room, whose meshes are cut into convex pieces where that gives them more.
+//! Pairs of bodies with little room: their meshes are cut into convex pieces where this gives them more room.
 //!
-//! One hull for a mesh is enough for most bodies, and costs a proof the least. A link that is bent may hold in its hull what only
-//! passes by.
+//! One hull for a mesh is enough for most bodies, and makes a proof cheapest. But the hull of a bent link may contain bodies that
+//! only pass by.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use robot::{Collision, CollisionShape, Pose, Robot};
 
-use crate::bodies::{Body, Shape, solid};
+use crate::bodies::{BodyShape, FileLink, solid};
 use crate::clearance::{Against, Clearance, Gap};
 use crate::mesh::{mesh_path, triangles};
 use crate::pieces::{Triangle, pieces};
@@ -19,15 +19,15 @@ use crate::solid::Solid;
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// Room above which it would not be one, m.
+    /// Room from which a pair is not crowded, m.
     enough: f64,
 }
 
-/// What the room of a pair has to be of what it was for a cut to stay: more shapes cost every proof more.
-const GAIN: f64 = 1.25;
+/// Least ratio of the room after a cut to the room before, for the cut to stay: more shapes slow down every proof.
+const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// The pair, where it has less room than `enough`, m; or none at all, and is not held together by one joint.
+    /// The pair, where it has less room than `enough`, m; or where it has none and more than one joint is between the bodies.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {
             SampledRoom::Room(room) => room < enough,
@@ -46,14 +46,14 @@ impl Crowded {
 
     fn is_bettered_by(&self, found: SampledRoom) -> bool {
         match (self.found, found) {
-            (SampledRoom::Room(before), SampledRoom::Room(now)) => now > GAIN * before,
+            (SampledRoom::Room(before), SampledRoom::Room(now)) => now > MIN_ROOM_RATIO * before,
             (_, now) => matches!(now, SampledRoom::Room(_)),
         }
     }
 }
 
 impl Clearance {
-    /// Cuts the meshes of these pairs where that gives one of them more room; whether it did.
+    /// Cuts the meshes of these pairs where this gives one of them more room; whether any body stays cut.
     pub(crate) fn cut_meshes_of(
         &mut self,
         robot: &Robot,
@@ -63,8 +63,8 @@ impl Clearance {
     ) -> bool {
         let bodies: BTreeSet<usize> = crowded.iter().flat_map(|pair| pair.bodies()).collect();
         let cut = |b: usize| Some((b, cut_shapes(robot, directory, &self.bodies[b])?));
-        let cut: Vec<(usize, Vec<Shape>)> = bodies.into_iter().filter_map(cut).collect();
-        let whole: Vec<(usize, Vec<Shape>)> =
+        let cut: Vec<(usize, Vec<BodyShape>)> = bodies.into_iter().filter_map(cut).collect();
+        let whole: Vec<(usize, Vec<BodyShape>)> =
             cut.into_iter().map(|(b, shapes)| (b, std::mem::replace(&mut self.bodies[b].shapes, shapes))).collect();
         let has_more_room = |pair: &&Crowded| {
             let gap = Gap { shapes: (0..self.bodies[pair.gap.body].shapes.len()).collect(), ..pair.gap.clone() };
@@ -81,19 +81,18 @@ impl Clearance {
     }
 }
 
-/// The shapes of a body whose meshes are cut where that makes them smaller; `None` where no cut does, or their faces are not
-/// read.
-fn cut_shapes(robot: &Robot, directory: &Path, body: &Body) -> Option<Vec<Shape>> {
+/// The shapes of a body with cut meshes; `None` where no mesh has several pieces, or their faces cannot be read.
+fn cut_shapes(robot: &Robot, directory: &Path, body: &FileLink) -> Option<Vec<BodyShape>> {
     let given = body.link.map_or(&robot.base.collisions, |j| &robot.links[j].collisions);
     let mut shapes = Vec::new();
     for collision in given.iter().filter(|c| c.link == body.name) {
         let solids = cut_mesh(collision, directory).or_else(|| Some(vec![solid(collision, directory).ok()?]))?;
-        shapes.extend(solids.into_iter().map(|solid| Shape::new(solid, collision.pose)));
+        shapes.extend(solids.into_iter().map(|solid| BodyShape::new(solid, collision.pose)));
     }
     (shapes.len() > body.shapes.len()).then_some(shapes)
 }
 
-/// The pieces of a mesh, where it has several.
+/// The pieces of a mesh; `None` if it has one piece.
 fn cut_mesh(collision: &Collision, directory: &Path) -> Option<Vec<Solid>> {
     let CollisionShape::Mesh { file, scale } = &collision.shape else { return None };
     let triangles = triangles(&mesh_path(file, directory).ok()?).ok()?;
@@ -108,7 +107,7 @@ fn cut_mesh(collision: &Collision, directory: &Path) -> Option<Vec<Solid>> {
 #[cfg(test)]
 mod tests {
     use crate::clearance::Clearance;
-    use crate::gaps::{Rules, Situation};
+    use crate::gaps::{ClearanceRules, Situation};
     use crate::pieces::tests::fork;
 
     #[test]
@@ -131,11 +130,11 @@ mod tests {
         let poses =
             (0..100).map(|k| vec![0.02 * (f64::from(k) / 50.0 - 1.0), 0.02 * (f64::from(k % 7) / 3.0 - 1.0)]).collect();
         let situation = Situation { rest: vec![0.0; 2], zero: vec![0.0; 2], moves: vec![true; 2], poses };
-        let clearance = Clearance::new(&robot, &folder, &Rules::default(), &situation).unwrap();
+        let clearance = Clearance::new(&robot, &folder, &ClearanceRules::default(), &situation).unwrap();
         assert_eq!(clearance.cut_bodies(), [("fork".to_string(), 3)]);
         let pair = clearance.gaps().iter().position(|gap| gap.subject == "rod and fork").unwrap();
         let room = clearance.rooms(&[0.0, 0.01], &[0.0; 2], &[pair])[0];
-        // The plate ends at a height of 0.06 and the rod begins at 0.15; the posts are farther.
+        // The plate ends at a height of 0.06 m and the rod starts at 0.15 m; the posts are farther away.
         assert!((room.reached - 0.09).abs() < 1e-6, "{room:?}");
         assert!(clearance.left_out().iter().all(|out| !out.of.contains(&"rod and fork".to_string())));
         std::fs::remove_dir_all(&folder).ok();

@@ -1,27 +1,27 @@
 //! The gaps that a robot must keep, by rules and by its own shape.
 //!
-//! Every two links that joints move against each other have a gap, neighbours too. Left out are those that touch in
-//! nearly every pose ([`crate::sampled_room`]), those that a rule accepts, and those whose shape is not known. Where two have little
-//! room, their meshes are cut into convex pieces (crowded.rs). The floor
-//! is the one that is asked for, or the plane of the base where no body that moves is below it at rest.
+//! Every two links that joints move relative to each other have a gap, neighbours too. Left out are links that touch in nearly
+//! every pose ([`crate::sampled_room`]), pairs that a rule accepts, and links of unknown shape. Where two links have little room,
+//! their meshes are cut into convex pieces (crowded.rs). The floor is the requested one, or the plane of the base where no moving
+//! body is below it at rest.
 
 use std::path::Path;
 
 use robot::{JointKind, Pose, Robot};
 
-use crate::bodies::{Body, bodies};
+use crate::bodies::{FileLink, bodies};
 use crate::clearance::{Against, Clearance, Gap};
 use crate::crowded::Crowded;
 use crate::kinematic_tree::KinematicTree;
-pub use crate::rules::{FloorRule, Rules, Situation};
+pub use crate::rules::{ClearanceRules, FloorRule, Situation};
 use crate::sampled_room::{SampledRoom, always, constant_distance};
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 
-/// The least distance between links of the robot where nothing else is asked, m.
+/// The least distance between links of the robot where no other is requested, m.
 pub const DEFAULT_DISTANCE_M: f64 = 0.01;
-/// Share of the room of a pair that is its least distance where the default is more.
+/// Share of the room of a pair that is its least distance where the default is larger.
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// The reserve of a search where there is room, m.
+/// The reserve of a search where there is enough room, m.
 pub(crate) const RESERVE_M: f64 = 0.004;
 /// Share of the room above the bound that is the reserve where there is less.
 const RESERVE_SHARE: f64 = 0.25;
@@ -29,30 +29,37 @@ const RESERVE_SHARE: f64 = 0.25;
 const LEAST_RESERVE_M: f64 = 1e-7;
 
 impl Clearance {
-    /// The gaps that the rules ask for; `directory`: that of the description, from which meshes are found.
+    /// The gaps that the rules require; `directory`: directory of the description, where meshes are searched.
     ///
-    /// Fails where a rule names a link that is not there, and where a body is beyond a half-space and no joint moves it.
-    pub fn new(robot: &Robot, directory: &Path, rules: &Rules, situation: &Situation) -> Result<Clearance, String> {
+    /// Fails where a rule names an unknown link, and where a body is beyond a half-space and no joint moves it.
+    pub fn new(
+        robot: &Robot,
+        directory: &Path,
+        rules: &ClearanceRules,
+        situation: &Situation,
+    ) -> Result<Clearance, String> {
         let Some(tree) = KinematicTree::new(robot) else { return Ok(Clearance::of_numeric_joints(rules)) };
         let (bodies, half_spaces) = (bodies(robot, directory), rules.half_spaces.clone());
-        let told_ranges = Clearance::ranges(situation.moves.len(), &situation.poses);
+        let given_ranges = Clearance::ranges(situation.moves.len(), &situation.poses);
         let mut clearance = Clearance {
             tree,
             bodies,
             half_spaces,
             gaps: vec![],
             rates: vec![],
-            told_ranges,
+            given_ranges,
             floor: None,
             left_out: vec![],
             cut_bodies: vec![],
         };
+        // a rule on an unknown link or pair is an error, not a rule without effect
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
         match rules.own_links {
             true => {
                 clearance.leave_out_unknown_links();
                 let sampled: Vec<Vec<Pose>> = situation.poses.iter().map(|q| clearance.tree.poses(q)).collect();
+                // pairs with little room: all pairs are added again with the cut meshes
                 let others = clearance.left_out.len();
                 let crowded = clearance.add_pairs(rules, situation, &sampled);
                 if clearance.cut_meshes_of(robot, directory, &crowded, &sampled) {
@@ -62,7 +69,7 @@ impl Clearance {
                 }
             }
             false => clearance.left_out.push(LeftOut::assumed(
-                Matter::Distance,
+                LeftOutTopic::Distance,
                 vec![],
                 "the robot's own links do not meet (own_links: false)",
                 "the user",
@@ -72,32 +79,33 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, rules)?;
         }
+        // the rates need all gaps, and the margins need the rates
         match (rules.is_over)() {
             true => Err("interrupted before the bodies were looked at".into()),
             false => Ok(clearance.with_rates(&rules.errors)),
         }
     }
 
-    /// No gaps: nothing says how far joints move that are found numerically.
-    fn of_numeric_joints(rules: &Rules) -> Clearance {
+    /// No gaps: the motion of joints that are found numerically has no bound.
+    fn of_numeric_joints(rules: &ClearanceRules) -> Clearance {
         let asked = [
-            (Matter::Distance, rules.own_links),
-            (Matter::Floor, rules.floor != FloorRule::Nowhere),
-            (Matter::Region, !rules.half_spaces.is_empty()),
+            (LeftOutTopic::Distance, rules.own_links),
+            (LeftOutTopic::Floor, rules.floor != FloorRule::Nowhere),
+            (LeftOutTopic::Region, !rules.half_spaces.is_empty()),
         ];
         let why = "joints of a loop are found numerically, so that nothing bounds how far links move";
-        let out = |(matter, _): &(Matter, bool)| {
-            LeftOut::not_looked_at(*matter, vec![], why, "a description without that loop")
+        let out = |(topic, _): &(LeftOutTopic, bool)| {
+            LeftOut::not_looked_at(*topic, vec![], why, "a description without that loop")
         };
         let left_out = asked.iter().filter(|(_, is_asked)| *is_asked).map(out).collect();
         let tree = KinematicTree::none();
         let (bodies, half_spaces) = (vec![], vec![]);
-        let (gaps, rates, told_ranges) = (vec![], vec![], vec![]);
-        Clearance { tree, bodies, half_spaces, gaps, rates, told_ranges, floor: None, left_out, cut_bodies: vec![] }
+        let (gaps, rates, given_ranges) = (vec![], vec![], vec![]);
+        Clearance { tree, bodies, half_spaces, gaps, rates, given_ranges, floor: None, left_out, cut_bodies: vec![] }
     }
 
-    /// Every two bodies with a shape that move against each other. Gives those with little room.
-    fn add_pairs(&mut self, rules: &Rules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
+    /// Adds every two bodies with a shape that move relative to each other. Returns the pairs with little room.
+    fn add_pairs(&mut self, rules: &ClearanceRules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
         let (mut touching, mut near, mut constant, mut crowded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
             for b in 0..a {
@@ -105,11 +113,11 @@ impl Clearance {
                     return crowded;
                 }
                 let (body, other) = (&self.bodies[a], &self.bodies[b]);
-                let is_known = |b: &Body| b.has_geometry && b.missing.is_empty();
+                let is_known = |b: &FileLink| b.has_geometry && b.missing.is_empty();
                 if !is_known(body) || !is_known(other) {
                     continue;
                 }
-                // Two links that no free joint moves against each other keep their distance.
+                // Two links that no free joint moves relative to each other keep their distance.
                 let joints = self.between(body.link, other.link);
                 if !joints.iter().flatten().any(|&j| self.turns(j, &situation.moves)) {
                     continue;
@@ -119,7 +127,7 @@ impl Clearance {
                     (body.name == *x && other.name == *y) || (body.name == *y && other.name == *x)
                 };
                 if let Some((_, _, reason)) = rules.accepted.iter().find(is_named) {
-                    self.left_out.push(LeftOut::assumed(Matter::Distance, vec![subject], reason, "the user"));
+                    self.left_out.push(LeftOut::assumed(LeftOutTopic::Distance, vec![subject], reason, "the user"));
                     continue;
                 }
                 let gap = Gap {
@@ -135,9 +143,10 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
+                // where the sampled room exceeds `enough`, its value does not matter for the bound
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
-                // Sides of one joint keep their distance however it turns, and nothing makes it more.
+                // The two sides of one joint keep their distance at every angle, and nothing increases it.
                 let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
                 crowded.extend(Crowded::of(&gap, found, enough));
                 match found {
@@ -155,19 +164,20 @@ impl Clearance {
             }
         }
         let assumed = [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty());
-        self.left_out.extend(assumed.map(|(pairs, what)| LeftOut::assumed(Matter::Distance, pairs, what, "default")));
+        self.left_out
+            .extend(assumed.map(|(pairs, what)| LeftOut::assumed(LeftOutTopic::Distance, pairs, what, "default")));
         self.left_out.extend(constant_distance(sampled.len(), constant));
         crowded
     }
 
-    /// Whether any coordinate that moves turns (slides) a joint.
+    /// Whether a coordinate that moves also moves a joint.
     fn turns(&self, joint: usize, moves: &[bool]) -> bool {
         self.tree.kind(joint) != JointKind::Fixed && self.tree.terms(joint).iter().any(|(k, m)| *m != 0.0 && moves[*k])
     }
 }
 
-/// The bound of a pair with this room, m. Where no distance is asked for, it is a share of the room.
-fn bound_of(room: f64, is_constant: bool, rules: &Rules) -> f64 {
+/// The bound of a pair with this room, m. Where no distance is requested, it is a share of the room.
+fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
         Some(distance) if is_constant => distance.min(share),
@@ -175,8 +185,8 @@ fn bound_of(room: f64, is_constant: bool, rules: &Rules) -> f64 {
     }
 }
 
-/// Rooms above this give the same bound, so they need not be told apart, m.
-fn enough_room(rules: &Rules) -> f64 {
+/// Room from which the bound is always the same, m: larger rooms need not be distinguished.
+fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
         None => rules.spacing.unwrap_or(DEFAULT_DISTANCE_M) / DEFAULT_SHARE_OF_ROOM,
@@ -187,9 +197,9 @@ fn enough_room(rules: &Rules) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use crate::half_space::HalfSpace;
-    use crate::nearby::Remembered;
+    use crate::nearby::InstantCache;
 
-    /// Two links in a plane that turn about z, of one metre each, round by 5 cm, on a post.
+    /// Two links of one metre, 5 cm thick, that turn about z in a plane, on a post.
     pub(crate) const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
   <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
@@ -203,16 +213,16 @@ pub(crate) mod tests {
   <link name="hand"><collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.1 0.02"/></geometry></collision></link>
 </robot>"#;
 
-    pub(crate) fn clearance(rules: &Rules) -> Result<Clearance, String> {
+    pub(crate) fn clearance(rules: &ClearanceRules) -> Result<Clearance, String> {
         clearance_of(ARM, rules)
     }
 
-    pub(crate) fn clearance_of(text: &str, rules: &Rules) -> Result<Clearance, String> {
+    pub(crate) fn clearance_of(text: &str, rules: &ClearanceRules) -> Result<Clearance, String> {
         let robot = robot::format::read_urdf(text, "arm.urdf").unwrap();
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
-    /// Poses on a grid of angles that has no pattern of the arm's.
+    /// Poses on a grid of angles that is not aligned with the arm.
     pub(crate) fn situation() -> Situation {
         let angle = |k: usize, step: f64| 3.0 * (2.0 * (k as f64 * step).fract() - 1.0);
         let poses = (0..1000).map(|k| vec![angle(k, 0.618), angle(k, 0.414), angle(k, 0.732)]).collect();
@@ -220,19 +230,19 @@ pub(crate) mod tests {
     }
 
     /// A distance and a floor.
-    fn rules(distance: f64) -> Rules {
-        Rules { distance: Some(distance), floor: FloorRule::At(-0.15), ..Rules::default() }
+    fn rules(distance: f64) -> ClearanceRules {
+        ClearanceRules { distance: Some(distance), floor: FloorRule::At(-0.15), ..ClearanceRules::default() }
     }
 
     #[test]
     fn gaps_of_an_arm_are_those_of_geometry() {
         let clearance = clearance(&rules(0.02)).unwrap();
         let subjects: Vec<&str> = clearance.gaps().iter().map(|g| g.subject.as_str()).collect();
-        // Turning about z, only the hand comes nearer to the floor.
+        // Of the joints that turn about z, only the hand's joint comes nearer to the floor.
         assert_eq!(subjects, ["fore and post", "hand and post", "hand and upper", "hand at the floor"]);
         let joined = ["upper and post", "fore and upper", "hand and fore"].map(String::from).to_vec();
         let what = "they touch in 99 % of 1000 poses, so that no motion parts them";
-        assert_eq!(clearance.left_out(), [LeftOut::assumed(Matter::Distance, joined, what, "default")]);
+        assert_eq!(clearance.left_out(), [LeftOut::assumed(LeftOutTopic::Distance, joined, what, "default")]);
         assert_eq!(clearance.floor(), Some(-0.15));
         let rooms = clearance.rooms(&[0.3, 0.0, 0.0], &[0.0; 3], &[0, 1, 2, 3]);
         let expected = [1.0 - 0.1 - 0.05, 1.8 - 0.1, 0.8 - 0.05, 0.15 - 0.01];
@@ -272,8 +282,9 @@ pub(crate) mod tests {
         let clearance = clearance(&rules(0.02)).unwrap();
         let at = |q: [f64; 3]| {
             let mut found = vec![];
-            clearance
-                .near(&q, 0.5, &mut Remembered::default(), &mut |g, room, slope| found.push((g, room, slope.to_vec())));
+            clearance.near(&q, 0.5, &mut InstantCache::default(), &mut |g, room, slope| {
+                found.push((g, room, slope.to_vec()))
+            });
             found
         };
         let mut seen = 0;
@@ -289,10 +300,10 @@ pub(crate) mod tests {
                         at(q).into_iter().find(|f| f.0 == g).unwrap().1
                     };
                     let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
-                    // The nearest point of a box jumps from corner to corner: there the slope is one of the two sides.
+                    // The nearest point of a box jumps from corner to corner: there the slope is one of the two one-sided slopes.
                     let one_sided = [(moved(1e-5) - room) / 1e-5, (room - moved(-1e-5)) / 1e-5];
                     let off = one_sided.into_iter().chain([difference]).map(|d| (slope[k] - d).abs());
-                    // Distances are found within 1e-9: over 1e-5 that is 1e-4.
+                    // Distances are found within 1e-9: over 1e-5 this is 1e-4.
                     assert!(off.fold(f64::INFINITY, f64::min) < 1e-3, "{g} {k}: {} {difference}", slope[k]);
                 }
             }
@@ -309,14 +320,14 @@ pub(crate) mod tests {
   <link name="knob"><collision><geometry><sphere radius="0.052"/></geometry></collision></link></robot>"#,
         );
         let text = text.replace("<origin xyz=\"0.8 0 0\"/><axis", "<origin xyz=\"0.95 0 0\"/><axis");
-        let found = clearance_of(&text, &Rules::default()).unwrap();
+        let found = clearance_of(&text, &ClearanceRules::default()).unwrap();
         let knob = found.gaps().iter().find(|g| g.subject == "knob and fore").unwrap();
         assert_eq!((knob.bound, knob.carriers.as_slice()), (DEFAULT_DISTANCE_M, &["hand".into(), "fore".into()][..]));
         assert!(found.rooms(&[0.0; 3], &[0.0; 3], &[place(&found, "knob and fore")])[0].reached < 0.0);
-        // The post and a collar that turns with the upper arm keep 6 mm all the time: half of that is asked for.
+        // The post and a collar that turns with the upper arm are always 6 mm apart: half of it is the bound.
         let text = ARM.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.044\"/>");
         let text = text.replace("<origin xyz=\"0.5 0 0\" rpy", "<origin xyz=\"0.6 0 0\" rpy");
-        let tight = clearance_of(&text, &Rules::default()).unwrap();
+        let tight = clearance_of(&text, &ClearanceRules::default()).unwrap();
         let upper = &tight.gaps()[place(&tight, "upper and post")];
         assert!((upper.bound - 0.003).abs() < 1e-6 && (upper.reserve - 0.00075).abs() < 1e-6, "{upper:?}");
     }
@@ -327,7 +338,7 @@ pub(crate) mod tests {
 
     #[test]
     fn what_cannot_be_is_said() {
-        let accepting = |a: &str, b: &str| Rules {
+        let accepting = |a: &str, b: &str| ClearanceRules {
             accepted: vec![(a.into(), b.into(), "a cover is soft".into())],
             floor: FloorRule::Nowhere,
             ..rules(0.0)
@@ -335,15 +346,21 @@ pub(crate) mod tests {
         let unknown = clearance(&accepting("fore", "elbow")).err().unwrap();
         assert_eq!(unknown, "there is no link `elbow`; there are post, upper, fore, hand");
         let accepted = clearance(&accepting("post", "fore")).unwrap();
-        let signed = LeftOut::assumed(Matter::Distance, vec!["fore and post".into()], "a cover is soft", "the user");
+        let signed =
+            LeftOut::assumed(LeftOutTopic::Distance, vec!["fore and post".into()], "a cover is soft", "the user");
         assert!(accepted.left_out().contains(&signed), "{:?}", accepted.left_out());
         assert_eq!(accepted.gaps().len(), 2);
-        let high = Rules { floor: FloorRule::At(0.1), ..Rules::default() };
+        let high = ClearanceRules { floor: FloorRule::At(0.1), ..ClearanceRules::default() };
         let error = clearance(&high).err().unwrap();
         assert!(error.starts_with("upper is 0.1500 m beyond the floor, and no joint"), "{error}");
         let wall = HalfSpace::beyond("the wall".into(), [0.0, 0.0, 0.1], [0.0, 0.0, 1.0]).unwrap();
         let hand = HalfSpace { links: Some(vec!["hand".into()]), ..wall };
-        let rules = Rules { own_links: false, floor: FloorRule::Nowhere, half_spaces: vec![hand], ..Rules::default() };
+        let rules = ClearanceRules {
+            own_links: false,
+            floor: FloorRule::Nowhere,
+            half_spaces: vec![hand],
+            ..ClearanceRules::default()
+        };
         assert_eq!(clearance(&rules).unwrap().gaps().len(), 1);
     }
 
@@ -352,11 +369,11 @@ pub(crate) mod tests {
         let text = ARM.replace("<box size=\"0.2 0.1 0.02\"/>", "<mesh filename=\"package://arm/hand.stl\"/>");
         let clearance = clearance_of(&text, &rules(0.02)).unwrap();
         assert!(clearance.gaps().iter().all(|g| !g.subject.contains("hand")));
-        let of_hand = [(Matter::Distance, "hand"), (Matter::Floor, "hand at the floor")];
+        let of_hand = [(LeftOutTopic::Distance, "hand"), (LeftOutTopic::Floor, "hand at the floor")];
         for (matter, subject) in of_hand {
             let is_it = |out: &&LeftOut| out.matter == matter && out.of == [subject];
             let out = clearance.left_out().iter().find(is_it).unwrap();
-            let claims::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
+            let claims::LeftOutReason::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
             assert!(why.starts_with("mesh package://arm/hand.stl: there is no"), "{why}");
         }
     }

@@ -3,27 +3,27 @@
 //! ```text
 //! n . x >= offset   for every point x of the body, n a unit vector in the base frame
 //! ```
-//! A box is six of them.
+//! A box is the intersection of six half-spaces.
 
 use robot::vector::{Vector3, dot, norm, scaled};
 
-/// A side of a plane.
+/// One side of a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// What stands there: `the floor`.
+    /// The name of the obstacle: `the floor`.
     pub name: String,
-    /// Unit vector into the room that is allowed.
+    /// Unit vector into the allowed space.
     pub normal: Vector3,
-    /// m along the normal, from the origin of the base frame.
+    /// Offset along the normal from the origin of the base frame, m.
     pub offset: f64,
-    /// Links of the file that must stay in; none: all that move.
+    /// Links of the file that must stay in; `None`: all that move.
     pub links: Option<Vec<String>>,
 }
 
 impl HalfSpace {
-    /// The room beyond a plane through `point`, on the side that `normal` points to.
+    /// The half-space beyond a plane through `point`, on the side that `normal` points to.
     ///
-    /// Fails where the normal has no direction.
+    /// Fails where the normal is zero or a number is not finite.
     pub fn beyond(name: String, point: Vector3, normal: Vector3) -> Result<HalfSpace, String> {
         let length = norm(normal);
         if !(length.is_finite() && length > 0.0 && point.iter().all(|x| x.is_finite())) {
@@ -41,7 +41,7 @@ impl HalfSpace {
     pub fn sides_of_box(name: &str, low: Vector3, high: Vector3) -> Result<Vec<HalfSpace>, String> {
         if let Some(k) = (0..3).find(|&k| !(low[k].is_finite() && high[k].is_finite() && low[k] < high[k])) {
             let axis = ["x", "y", "z"][k];
-            return Err(format!("{name}: it leaves no room along {axis}: from {} to {}", low[k], high[k]));
+            return Err(format!("{name}: it is empty along {axis}: from {} to {}", low[k], high[k]));
         }
         let side = |k: usize, is_low: bool| {
             let mut normal = [0.0; 3];

@@ -1,26 +1,26 @@
-//! The hull of points, by its support: the point that is farthest along a direction.
+//! The convex hull of points, by its support function: the point that is farthest along a direction.
 //!
-//! Directions are divided into cells on the faces of a cube, each a square of (1, u, v). A point is kept in a cell unless another is
-//! farther at all four corners: then it is farther in the whole cell, since heights are linear in u and v. So a support looks at
-//! the few points of one cell, and finds what a look at all of them finds. What is left out of a square is left out of its quarters, so
-//! cells are found from the whole face by quarters.
+//! Directions are divided into cells on the faces of a cube, each a square of (1, u, v). A point is kept in a cell unless another
+//! is farther at all four corners: then the other is farther in the whole cell, since heights are linear in u and v. So a support
+//! evaluates only the few points of one cell, with the result of a search over all points. A point that is left out of a square
+//! is left out of its quarters, so cells are found from the whole face by quarters.
 
 use robot::vector::{Vector3, dot};
 
 /// Cells along the edge of a face, a power of two.
-const EDGE: usize = 16;
-/// Hulls of so few points have no cells.
+const CELLS_PER_EDGE: usize = 16;
+/// Hulls of at most this number of points have no cells.
 const FEW_POINTS: usize = 16;
 /// A point is left out of a cell where another is farther by this share of the size of the hull: far more than rounding.
 const FARTHER_SHARE: f64 = 1e-9;
 
-/// The hull of one point at least.
+/// The hull of at least one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     points: Vec<Vector3>,
-    /// Those that may be farthest, cell by cell of the faces, in their order. Empty where there are few points.
+    /// The points that may be farthest, cell by cell of the faces, in their order. Empty for few points.
     candidates: Vec<Vector3>,
-    /// Where each cell begins among them, and where the last one ends.
+    /// The index of the first candidate of each cell, and the end of the last cell.
     starts: Vec<usize>,
 }
 
@@ -36,7 +36,8 @@ struct Square {
 impl Square {
     /// A direction of the face, at shares 0 to 1 of the square.
     fn direction(&self, u: f64, v: f64) -> Vector3 {
-        let at = |from: usize, share: f64| 2.0 * (from as f64 + share * self.width as f64) / EDGE as f64 - 1.0;
+        let at =
+            |from: usize, share: f64| 2.0 * (from as f64 + share * self.width as f64) / CELLS_PER_EDGE as f64 - 1.0;
         let (axis, sign) = (self.face / 2, if self.face.is_multiple_of(2) { 1.0 } else { -1.0 });
         let mut along = [0.0; 3];
         (along[axis], along[(axis + 1) % 3], along[(axis + 2) % 3]) = (sign, at(self.i, u), at(self.j, v));
@@ -53,7 +54,7 @@ impl Square {
         })
     }
 
-    /// The points that may be farthest along a direction of the square; `farther`: how much counts as farther.
+    /// The points that may be farthest along a direction of the square; `farther`: least difference of heights that counts.
     fn candidates(&self, points: &[Vector3], farther: f64) -> Vec<Vector3> {
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.direction(u, v));
         let middle = self.direction(0.5, 0.5);
@@ -66,7 +67,7 @@ impl Square {
         points.iter().filter(|p| !is_beaten(p)).copied().collect()
     }
 
-    /// Puts the candidates of each cell of the square in its place.
+    /// Stores the candidates of each cell of the square.
     fn fill(&self, points: &[Vector3], farther: f64, cells: &mut [Vec<Vector3>]) {
         let candidates = self.candidates(points, farther);
         match self.width {
@@ -77,7 +78,7 @@ impl Square {
 }
 
 fn cell(face: usize, i: usize, j: usize) -> usize {
-    (face * EDGE + i) * EDGE + j
+    (face * CELLS_PER_EDGE + i) * CELLS_PER_EDGE + j
 }
 
 impl Hull {
@@ -86,8 +87,8 @@ impl Hull {
         let mut hull = Hull { points, candidates: Vec::new(), starts: Vec::new() };
         if hull.points.len() > FEW_POINTS {
             let size = hull.points.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let mut cells = vec![Vec::new(); 6 * EDGE * EDGE];
-            let faces = (0..6).map(|face| Square { face, i: 0, j: 0, width: EDGE });
+            let mut cells = vec![Vec::new(); 6 * CELLS_PER_EDGE * CELLS_PER_EDGE];
+            let faces = (0..6).map(|face| Square { face, i: 0, j: 0, width: CELLS_PER_EDGE });
             faces.for_each(|square| square.fill(&hull.points, FARTHER_SHARE * size, &mut cells));
             hull.starts.push(0);
             for cell in cells {
@@ -103,14 +104,14 @@ impl Hull {
         &self.points
     }
 
-    /// The point that is farthest along a direction, the first of equals.
+    /// The point that is farthest along a direction, the first of equal points.
     pub(crate) fn support(&self, along: Vector3) -> Vector3 {
         let size = along.map(f64::abs);
         let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else { 1 + usize::from(size[2] > size[1]) };
         let most = size[axis];
-        let is_told = !self.candidates.is_empty() && most > 0.0;
-        let candidates = if is_told {
-            let place = |x: f64| ((0.5 * (x / most + 1.0) * EDGE as f64) as usize).min(EDGE - 1);
+        let has_cell = !self.candidates.is_empty() && most > 0.0;
+        let candidates = if has_cell {
+            let place = |x: f64| ((0.5 * (x / most + 1.0) * CELLS_PER_EDGE as f64) as usize).min(CELLS_PER_EDGE - 1);
             let face = 2 * axis + usize::from(along[axis] < 0.0);
             let cell = cell(face, place(along[(axis + 1) % 3]), place(along[(axis + 2) % 3]));
             &self.candidates[self.starts[cell]..self.starts[cell + 1]]
@@ -121,7 +122,7 @@ impl Hull {
     }
 }
 
-/// The point farthest along a direction, the first of equals.
+/// Index of the point farthest along a direction, the first of equal points.
 pub(crate) fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
     let mut best = (f64::NEG_INFINITY, None);
     for (k, p) in points.iter().enumerate() {
@@ -144,8 +145,8 @@ mod tests {
             let points: Vec<Vector3> =
                 (0..count).map(|k| [wave(k, 1.3), 0.4 * wave(k, 2.7) + 0.2, flat * wave(k, 0.7)]).collect();
             let hull = Hull::new(points.clone());
-            let cells = 6 * EDGE * EDGE;
-            // Even a flat hull leaves half of its points out of a cell.
+            let cells = 6 * CELLS_PER_EDGE * CELLS_PER_EDGE;
+            // Even for a flat hull, half of its points are left out of a cell.
             assert!(hull.starts.len() == cells + 1 && hull.candidates.len() < cells * points.len() / 2, "{count}");
             let grid = |k: u32| f64::from(k % 9) / 4.0 - 1.0;
             let even = (0..729).map(|k| [grid(k), grid(k / 9), grid(k / 81)]);

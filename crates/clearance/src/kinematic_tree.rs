@@ -11,8 +11,8 @@ use robot::{JointKind, Pose, Robot};
 
 use robot::vector::{Vector3, norm};
 
-/// What places a link from the one before it.
-struct Place {
+/// The placement of a link relative to its antecedent.
+struct LinkPlacement {
     antecedent: Option<usize>,
     fixed: Pose,
     kind: JointKind,
@@ -23,13 +23,13 @@ struct Place {
 
 /// The links of a robot.
 pub struct KinematicTree {
-    places: Vec<Place>,
+    places: Vec<LinkPlacement>,
 }
 
 impl KinematicTree {
-    /// `None` where joints are found numerically: nothing says how far they move with the coordinates.
+    /// `None` where joints are found numerically: the dependence of their motion on the coordinates has no bound.
     pub fn new(robot: &Robot) -> Option<KinematicTree> {
-        let place = |link: &robot::Link| Place {
+        let place = |link: &robot::Link| LinkPlacement {
             antecedent: link.antecedent.map(|a| a.0),
             fixed: link.geometry.pose(&robot.symbols, 0.0, 0.0),
             kind: link.joint.kind,
@@ -39,7 +39,7 @@ impl KinematicTree {
         robot.passive.is_empty().then(|| KinematicTree { places: robot.links.iter().map(place).collect() })
     }
 
-    /// That of no links.
+    /// The tree without links.
     pub(crate) fn none() -> KinematicTree {
         KinematicTree { places: vec![] }
     }
@@ -63,17 +63,17 @@ impl KinematicTree {
         poses
     }
 
-    /// The link that a link hangs on.
+    /// The antecedent of a link; `None` for the base.
     pub fn antecedent(&self, link: usize) -> Option<usize> {
         self.places[link].antecedent
     }
 
-    /// The links from one inward to the base, itself first.
+    /// The links from a link inward to the base, starting with the link.
     pub fn inward(&self, link: Option<usize>) -> Vec<usize> {
         std::iter::successors(link, |&j| self.places[j].antecedent).collect()
     }
 
-    /// Whether the joint of a link turns, slides or does neither.
+    /// Whether the joint of a link turns, slides or is fixed.
     pub fn kind(&self, link: usize) -> JointKind {
         self.places[link].kind
     }
@@ -83,13 +83,13 @@ impl KinematicTree {
         &self.places[link].terms
     }
 
-    /// The axis of the joint of a link that hangs on the base: no joint turns it.
+    /// The axis of the joint of a link with the base as antecedent, in the base frame: no joint moves it.
     pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
         let place = &self.places[link];
         place.antecedent.is_none().then(|| axis(&place.fixed))
     }
 
-    /// The greatest distance of the frame of a link from that of its antecedent, m, with coordinates no farther from zero
+    /// The largest distance of the frame of a link from the frame of its antecedent, m, with coordinates no farther from zero
     /// than `ranges`.
     pub(crate) fn length(&self, link: usize, ranges: &[f64]) -> f64 {
         let place = &self.places[link];
@@ -100,13 +100,13 @@ impl KinematicTree {
         norm(place.fixed.position) + slid
     }
 
-    /// How far the joint of a link moves at most while each coordinate moves by at most `spread`.
+    /// The largest motion of the joint of a link while each coordinate moves by at most `spread`, rad (m).
     pub fn spread(&self, link: usize, spread: &[f64]) -> f64 {
         self.places[link].terms.iter().map(|(k, m)| m.abs() * spread[*k]).sum()
     }
 }
 
-/// The axis of the joint of a link that stands so.
+/// The axis of the joint of a link with this pose.
 pub(crate) fn axis(pose: &Pose) -> Vector3 {
     pose.rotation.map(|row| row[2])
 }

@@ -1,10 +1,9 @@
-//! The bodies of a robot, and how far they stay from each other and from walls.
+//! The bodies of a robot, and their distances from each other and from walls.
 //!
-//! [`bodies`] makes convex solids of the collision geometry of a [`robot::Robot`]; [`clearance::Clearance`] tells how
-//! far they are apart at a configuration, and how far they certainly stay apart near it.
+//! [`bodies`] makes convex solids of the collision geometry of a [`robot::Robot`]; [`clearance::Clearance`] computes their
+//! distances at a configuration, and lower bounds of the distances near it.
 //!
-//! Lengths in m, angles in rad, all in the base frame unless said. Not here: motions, and what is to be learned from
-//! them.
+//! Lengths in m, angles in rad, all in the base frame unless stated otherwise. Not here: motions, and their evaluation.
 
 #![warn(missing_docs)]
 

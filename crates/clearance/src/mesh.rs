@@ -1,15 +1,15 @@
-//! The vertices of a mesh file, and where it is looked for.
+//! The vertices of a mesh file, and the places where it is searched.
 //!
-//! Of a convex hull faces do not count, and a vertex that no face uses does. Faces are read where a mesh is to be cut. A mesh is
-//! looked for in these places:
+//! Faces do not matter for a convex hull; a vertex that no face uses does. Faces are read where a mesh is to be cut. A mesh is
+//! searched in these places:
 //!
 //! | name | place |
 //! |---|---|
-//! | `package://NAME/REST` | REST in a folder NAME that is or stands in a folder above the description, the nearest first |
-//! | `file:///REST`, `/REST` | there |
+//! | `package://NAME/REST` | REST in a folder NAME that is, or is in, a folder above the description, the nearest first |
+//! | `file:///REST`, `/REST` | this path |
 //! | `REST` | from the folder of the description |
 //!
-//! Not here: environment variables that say where packages are.
+//! Not here: environment variables with the paths of packages.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -20,14 +20,14 @@ use robot::mesh;
 use robot::vector::Vector3;
 use robot::{CollisionShape, Robot};
 
-/// Largest file that is read. Larger ones are no collision geometry.
+/// Largest file that is read. Larger files are no collision geometry.
 const MAX_MESH_BYTES: u64 = 256 << 20;
 /// Largest coordinate of a vertex, m. A vertex farther away belongs to no robot.
 const FARTHEST_VERTEX_M: f64 = 1e6;
 
-/// The path of a mesh file; `directory`: that of the description.
+/// The path of a mesh file; `directory`: directory of the description.
 ///
-/// Fails where the file is in none of the places, with the first of them.
+/// Fails where the file is in none of the places; the error names the first of them.
 pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
         (_, Some(path)) => vec![PathBuf::from(path)],
@@ -35,11 +35,11 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
             let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
             // A relative path does not show the folders above the working directory.
             let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
-            let beside = full.ancestors().flat_map(|above| {
+            let candidates = full.ancestors().flat_map(|above| {
                 let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));
                 own.into_iter().chain([above.join(package).join(rest)])
             });
-            beside.collect()
+            candidates.collect()
         }
         (None, None) => vec![directory.join(name)],
     };
@@ -52,7 +52,7 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
     Err(source::no_file(there.map_or(first, PathBuf::as_path)).unwrap_or_default() + above)
 }
 
-/// The files of the meshes that a robot's bodies name; `directory`: that of the description.
+/// The files of the meshes of a robot's bodies; `directory`: directory of the description.
 pub fn mesh_files(robot: &Robot, directory: &Path) -> Vec<PathBuf> {
     let all = robot.links.iter().flat_map(|link| &link.collisions).chain(&robot.base.collisions);
     let file = |shape: &CollisionShape| match shape {
@@ -62,16 +62,16 @@ pub fn mesh_files(robot: &Robot, directory: &Path) -> Vec<PathBuf> {
     all.filter_map(|collision| file(&collision.shape)).collect()
 }
 
-/// The distinct vertices of a file, in its own units; its extension tells the format.
+/// The distinct vertices of a file, in the file's units; the format follows from the extension.
 ///
 /// Fails where the file cannot be read or does not have its format.
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     parse_vertices(&content(path)?, path)
 }
 
-/// The triangles of a file, in its own units; as [`vertices`].
+/// The triangles of a file, in the file's units; the format follows from the extension.
 ///
-/// Fails where its format has none that are read too.
+/// Fails where [`vertices`] fails, and where the format has no triangles that can be read.
 pub(crate) fn triangles(path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     mesh::triangles(&content(path)?, path)
 }
@@ -86,7 +86,7 @@ fn content(path: &Path) -> Result<Vec<u8>, String> {
     })
 }
 
-/// As [`vertices`], from the content of a file. `path` tells the format and stands in messages; no file is opened.
+/// The vertices of a file from its content. `path` determines the format and appears in messages; no file is opened.
 pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     let mut found = mesh::vertices(bytes, path)?;
@@ -96,7 +96,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
     if found.is_empty() {
         return Err(fail("the mesh has no vertex".into()));
     }
-    // Each vertex stands in many triangles.
+    // Each vertex occurs in many triangles.
     found.sort_by(|a, b| {
         a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });
@@ -108,7 +108,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
 mod tests {
     use super::*;
 
-    /// A folder of its own, emptied.
+    /// An empty folder for a test.
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("rist-mesh-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -154,7 +154,7 @@ mod tests {
         ] {
             std::fs::write(folder.join(name), bytes).unwrap();
             let error = vertices(&folder.join(name)).map(|v| v.len());
-            // A text that is cut off has no vertex, which is said too.
+            // A truncated text has no vertex, which is an error too.
             let error = error.unwrap_err();
             assert!(error.contains(said) || error.contains("no vertex"), "{name}: {error}");
         }

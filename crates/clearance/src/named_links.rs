@@ -1,13 +1,13 @@
-//! Whether the links and pairs that rules name are there.
+//! Checks that the links and pairs in the rules exist.
 
 use robot::JointKind;
 
 use crate::clearance::Clearance;
-use crate::gaps::Rules;
+use crate::gaps::ClearanceRules;
 
 impl Clearance {
-    /// Fails where a rule names a link that is not there.
-    pub(crate) fn check_names(&self, rules: &Rules) -> Result<(), String> {
+    /// Fails where a rule names an unknown link.
+    pub(crate) fn check_names(&self, rules: &ClearanceRules) -> Result<(), String> {
         let known = |name: &str| {
             self.bodies.iter().any(|b| b.name == name || b.carrier == name || b.frames.iter().any(|f| f == name))
         };
@@ -22,8 +22,8 @@ impl Clearance {
         }
     }
 
-    /// Fails where an accepted pair is none: links of a body of their own that joints move against each other.
-    pub(crate) fn check_accepted(&self, rules: &Rules) -> Result<(), String> {
+    /// Fails where an accepted pair is not a pair of links with bodies that joints move relative to each other.
+    pub(crate) fn check_accepted(&self, rules: &ClearanceRules) -> Result<(), String> {
         let is_moved =
             |joints: [Vec<usize>; 2]| joints.iter().flatten().any(|&j| self.tree.kind(j) != JointKind::Fixed);
         for (a, b, _) in &rules.accepted {
@@ -51,9 +51,9 @@ mod tests {
 
     #[test]
     fn an_accepted_pair_is_one() {
-        let accepting = |a: &str, b: &str| Rules {
+        let accepting = |a: &str, b: &str| ClearanceRules {
             accepted: vec![(a.into(), b.into(), "a cover is soft".into())],
-            ..Rules::default()
+            ..ClearanceRules::default()
         };
         let still = ARM.replace("</robot>", "<joint name=\"f\" type=\"fixed\"><parent link=\"hand\"/><child link=\"tip\"/></joint><link name=\"tip\"><collision><geometry><sphere radius=\"0.01\"/></geometry></collision></link></robot>");
         let unpaired = |a, b| clearance_of(&still, &accepting(a, b)).err();

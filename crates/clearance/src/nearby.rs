@@ -1,51 +1,52 @@
-//! Which solids are near each other, for a search that asks at the same instants of one motion after another.
+//! Pairs of solids that are near each other, for a search that evaluates the same instants for one motion after another.
 //!
 //! A gap changes by no more than
 //!
 //! ```text
 //! |d(q + dq) - d(q)| <= sum over the coordinates of |dq_k| R_k,   R_k = sum over the joints of |m_jk| reach_j
 //! ```
-//! reach_j is the largest distance from the axis of joint j that a point of the body can have at any configuration: the
-//! lengths of the links in between and the ball about the body. It is 1 for a joint that slides. So a look at a pair
-//! tells for how long nobody need look again, and the direction in which it was nearest tells most of what is left.
+//! reach_j is the largest distance from the axis of joint j that a point of the body can have at any configuration: the lengths
+//! of the links in between and the ball about the body. It is 1 for a joint that slides. So one evaluation of a pair bounds the
+//! changes of q for which no new evaluation is needed; and the direction in which the pair was nearest settles most of the
+//! remaining evaluations.
 //!
-//! What is remembered changes neither which solids are near nor their room, but for 0.02 mm.
+//! The cache changes neither the set of near solids nor their room, except by up to 0.02 mm.
 
 use robot::{JointKind, Pose};
 
-use crate::bodies::Shape;
+use crate::bodies::BodyShape;
 use crate::clearance::{Against, Clearance, Gap};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::axis;
-use crate::separation::{Nearest, Seed, Standing, apart_along, nearest};
+use crate::separation::{Nearest, PosedSolid, Seed, apart_along, nearest};
 use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
-/// What looks at one instant leave for the next look; empty at first.
+/// The results at one instant, for the next evaluation; empty at first.
 #[derive(Clone, Debug, Default)]
-pub struct Remembered {
+pub struct InstantCache {
     q: Vec<f64>,
-    /// Of every pair of solids a lower bound of its room above the bound of its gap, m.
+    /// For every pair of solids a lower bound of its room above the bound of its gap, m.
     rooms: Vec<f64>,
-    /// Where it was nearest, where that was looked for.
-    looks: Vec<Option<Box<Look>>>,
+    /// The nearest points, where they were searched.
+    looks: Vec<Option<Box<NearestPoints>>>,
 }
 
-/// Where two solids were nearest.
+/// The nearest points of two solids.
 #[derive(Clone, Debug)]
-struct Look {
+struct NearestPoints {
     /// Unit vector from the second to the first.
     along: Vector3,
     seed: Seed,
 }
 
-/// Factor between the sampled range of a coordinate and the one for which the reach of what it slides is told.
+/// Ratio of the range of a coordinate for the rates to its sampled range.
 const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 
-/// Share of the asked distance above which what is remembered is tried before the nearest points are looked for.
+/// Share of the requested distance above which the cached direction is tried before the nearest points are searched.
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
-    /// How fast each gap changes at most with each coordinate, m/rad (m/m), while none is farther from zero than `ranges`.
+    /// Largest rate of each gap with each coordinate, m/rad (m/m), while no coordinate is farther from zero than `ranges`.
     pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
         let of_gap = |gap: &Gap| {
             let mut by_coordinate = vec![0.0; ranges.len()];
@@ -53,8 +54,8 @@ impl Clearance {
                 Against::HalfSpace(wall) => Some(self.half_spaces[wall].normal),
                 Against::Body(_) => None,
             };
-            let own: Vec<&Shape> = gap.shapes.iter().map(|&s| &self.bodies[gap.body].shapes[s]).collect();
-            let other: Vec<&Shape> = match gap.against {
+            let own: Vec<&BodyShape> = gap.shapes.iter().map(|&s| &self.bodies[gap.body].shapes[s]).collect();
+            let other: Vec<&BodyShape> = match gap.against {
                 Against::Body(b) => self.bodies[b].shapes.iter().collect(),
                 Against::HalfSpace(_) => vec![],
             };
@@ -64,7 +65,7 @@ impl Clearance {
                     let rate = match self.tree.kind(j) {
                         JointKind::Fixed => 0.0,
                         JointKind::Prismatic => 1.0,
-                        // About a normal that it turns around a joint moves nothing along it.
+                        // A joint about the normal of a half-space moves nothing along this normal.
                         JointKind::Revolute => {
                             reach * fixed_normal.zip(self.tree.standing_axis(j)).map_or(1.0, |(n, z)| norm(cross(n, z)))
                         }
@@ -78,15 +79,15 @@ impl Clearance {
         self.gaps.iter().map(of_gap).collect()
     }
 
-    /// The ranges of coordinates for which [`Self::rates`] are told.
+    /// The ranges of coordinates for which [`Self::rates`] are computed, rad (m).
     pub(crate) fn ranges(count: usize, poses: &[Vec<f64>]) -> Vec<f64> {
         (0..count).map(|k| SAMPLED_RANGE_FACTOR * poses.iter().map(|q| q[k].abs()).fold(0.0, f64::max)).collect()
     }
 
-    /// Lowers what is remembered by how far bodies have moved since; forgets it where nothing tells how far.
-    fn recall(&self, q: &[f64], known: &mut Remembered) {
-        let is_told = known.q.len() == q.len() && q.iter().zip(&self.told_ranges).all(|(x, most)| x.abs() <= *most);
-        if !is_told {
+    /// Lowers the cached rooms by the displacement of the bodies since; clears the cache where it has no bound.
+    fn recall(&self, q: &[f64], known: &mut InstantCache) {
+        let is_known = known.q.len() == q.len() && q.iter().zip(&self.given_ranges).all(|(x, most)| x.abs() <= *most);
+        if !is_known {
             let count = self.gaps.iter().map(|gap| self.pair_count(gap)).sum();
             known.rooms.clear();
             known.rooms.resize(count, f64::NEG_INFINITY);
@@ -105,7 +106,7 @@ impl Clearance {
         known.q.copy_from_slice(q);
     }
 
-    /// Pairs of solids of a gap.
+    /// Number of pairs of solids of a gap.
     fn pair_count(&self, gap: &Gap) -> usize {
         match gap.against {
             Against::HalfSpace(_) => gap.shapes.len(),
@@ -113,13 +114,13 @@ impl Clearance {
         }
     }
 
-    /// Visits every two solids whose room above their bound is less than `within`.
+    /// Visits every two solids with a room above their bound of less than `within`, m.
     ///
-    /// `known`: what the last look at this instant left. `each` takes the gap, the room, m, and the slope of the room along
-    /// each coordinate, m/rad (m/m).
-    pub fn near(&self, q: &[f64], within: f64, known: &mut Remembered, each: &mut dyn FnMut(usize, f64, &[f64])) {
+    /// `known`: the cache of this instant. `each` takes the gap, the room, m, and the slope of the room along each coordinate,
+    /// m/rad (m/m).
+    pub fn near(&self, q: &[f64], within: f64, known: &mut InstantCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
         self.recall(q, known);
-        // Mostly nothing can have come near.
+        // In most cases nothing can have come near.
         if known.rooms.iter().all(|room| *room > within) {
             return;
         }
@@ -159,7 +160,7 @@ impl Clearance {
         let body = &self.bodies[gap.body];
         for (&s, known) in gap.shapes.iter().zip(rooms).filter(|(_, room)| **room <= within) {
             let shape = &body.shapes[s];
-            // The ball about a shape tells cheaply that it is far.
+            // The ball about a shape is a cheap test whether it is far.
             *known = dot(normal, self.centre(body, shape, poses)) - shape.ball - offset - gap.bound;
             if *known > within {
                 continue;
@@ -179,7 +180,7 @@ impl Clearance {
         (g, gap): (usize, &Gap),
         within: f64,
         poses: &[Pose],
-        (rooms, looks): (&mut [f64], &mut [Option<Box<Look>>]),
+        (rooms, looks): (&mut [f64], &mut [Option<Box<NearestPoints>>]),
         slope: &mut [f64],
         each: &mut dyn FnMut(usize, f64, &[f64]),
     ) {
@@ -204,7 +205,7 @@ impl Clearance {
         }
     }
 
-    /// Adds how far a point moves along `n` with each coordinate.
+    /// Adds the derivative of a point's position along `n` with respect to each coordinate.
     fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
         for &j in joints {
             let z = axis(&poses[j]);
@@ -220,14 +221,14 @@ impl Clearance {
 
 /// The room of two solids that are nearer than `within`, with the direction from b to a and the nearest points.
 fn near_pair(
-    [a, b]: [Standing; 2],
+    [a, b]: [PosedSolid; 2],
     towards: Vector3,
     bound: f64,
     within: f64,
     room: &mut f64,
-    look: &mut Option<Box<Look>>,
+    look: &mut Option<Box<NearestPoints>>,
 ) -> Option<(f64, Vector3, [Vector3; 2])> {
-    // Along the line of centres, or as they were apart before: two supports tell of most that they are far.
+    // Along the line of centres, or along the last direction: for most pairs two supports show that they are far.
     let along = look.as_ref().map_or(towards, |look| look.along);
     if look.is_none() || *room > HOPEFUL_SHARE * within {
         *room = apart_along(a, b, along) - bound;
@@ -235,7 +236,7 @@ fn near_pair(
             return None;
         }
     }
-    let look = look.get_or_insert_with(|| Box::new(Look { along, seed: Seed::default() }));
+    let look = look.get_or_insert_with(|| Box::new(NearestPoints { along, seed: Seed::default() }));
     match nearest(a, b, towards, within + bound, &mut look.seed) {
         Nearest::Beyond(at_least, along) => {
             (*room, look.along) = (at_least - bound, along);
@@ -254,7 +255,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::gaps::{FloorRule, Rules, Situation};
+    use crate::gaps::{ClearanceRules, FloorRule, Situation};
 
     /// Three links that turn, one that slides out of the last, and a fingertip.
     const ARM: &str = r#"<robot name="arm">
@@ -280,31 +281,31 @@ mod tests {
         let pose = |k: usize| vec![3.0 * wave(k, 0.7), 3.0 * wave(k, 1.3), 0.2 * wave(k, 2.1), 3.0 * wave(k, 0.9)];
         let poses: Vec<Vec<f64>> = (0..300).map(pose).collect();
         let situation = Situation { rest: vec![0.0; 4], zero: vec![0.0; 4], moves: vec![true; 4], poses };
-        let rules = Rules { distance: Some(0.01), floor: FloorRule::At(-0.5), ..Rules::default() };
+        let rules = ClearanceRules { distance: Some(0.01), floor: FloorRule::At(-0.5), ..ClearanceRules::default() };
         let clearance = Clearance::new(&robot, Path::new("."), &rules, &situation).unwrap();
-        let (mut known, mut q) = (Remembered::default(), pose(0));
+        let (mut known, mut q) = (InstantCache::default(), pose(0));
         let (mut visits, mut skipped) = (0, 0);
         for step in 0..4000 {
-            // Mostly small steps, and now and then one beyond all that was sampled.
+            // Mostly small steps, sometimes one beyond the sampled range.
             let size = [1e-3, 1e-3, 1e-2, 0.3][step % 4];
             q.iter_mut().enumerate().for_each(|(k, x)| *x += size * wave(step + 31 * k, 1.7));
             q[2] = q[2].clamp(-0.45, 0.45);
             if step % 500 == 499 {
                 q = pose(step);
             }
-            let look = |known: &mut Remembered| {
+            let look = |known: &mut InstantCache| {
                 let mut seen: Vec<(usize, f64, Vec<f64>)> = vec![];
                 clearance.near(&q, 0.1, known, &mut |g, room, slope| seen.push((g, room, slope.to_vec())));
                 seen
             };
-            let afresh = look(&mut Remembered::default());
+            let afresh = look(&mut InstantCache::default());
             skipped += usize::from(known.rooms.iter().filter(|room| **room > 0.1).count() > 0);
             let again = look(&mut known);
             visits += again.len();
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // On a round side both are found to some micrometres, from what is remembered to ten.
+                // On a round side both are found to a few micrometres, from the cache to ten.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }
         }

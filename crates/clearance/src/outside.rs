@@ -1,18 +1,18 @@
-//! How far a point lies outside of a body.
+//! The distance of a point outside of a body.
 //!
-//! The hull of all shapes of the body counts, not the shapes: a centre of mass may lie between two of them.
+//! The hull of all shapes of the body counts, not the single shapes: a centre of mass may lie between two of them.
 
 use robot::Pose;
 use robot::vector::{Vector3, minus, norm, plus, turned};
 
-use crate::bodies::Body;
+use crate::bodies::FileLink;
 use crate::hull::Hull;
-use crate::separation::{Standing, separation};
+use crate::separation::{PosedSolid, separation};
 use crate::solid::{Core, Solid};
 
-/// How far a point is from the hull of a body's shapes, m, and how far they are across; the point is in the frame of the
-/// link that carries the body. `None` where a shape is missing, and where none of them is of a file.
-pub fn outside(body: &Body, point: Vector3) -> Option<(f64, f64)> {
+/// Distance of a point from the hull of a body's shapes, and the diagonal of the box about them, m; the point is in the frame of
+/// the link that carries the body. `None` where a shape is missing, and where none of them is a mesh.
+pub fn outside(body: &FileLink, point: Vector3) -> Option<(f64, f64)> {
     let is_mesh = body.shapes.iter().any(|shape| matches!(shape.solid.core, Core::Hull(_)));
     if !body.has_geometry || !body.missing.is_empty() || !is_mesh {
         return None;
@@ -31,7 +31,7 @@ pub fn outside(body: &Body, point: Vector3) -> Option<(f64, f64)> {
     let radius = body.shapes.iter().map(|shape| shape.solid.radius).fold(0.0, f64::max);
     let hull = Solid { core: Core::Hull(Hull::new(points)), radius };
     let one = Solid { core: Core::Point, radius: 0.0 };
-    let (one, hull) = (Standing { solid: &one, pose: at(point) }, Standing { solid: &hull, pose: Pose::IDENTITY });
+    let (one, hull) = (PosedSolid { solid: &one, pose: at(point) }, PosedSolid { solid: &hull, pose: Pose::IDENTITY });
     let apart = separation(one, hull, minus(point, middle)).at_least;
     Some((apart.max(0.0), across + 2.0 * radius))
 }
@@ -40,7 +40,7 @@ fn at(position: Vector3) -> Pose {
     Pose { position, ..Pose::IDENTITY }
 }
 
-/// Points whose hull holds a core; of a round one the corners of the box about it.
+/// Points with a hull that contains a core; for a round core the corners of the box about it.
 fn corners(core: &Core) -> Vec<Vector3> {
     let half = match core {
         Core::Hull(hull) => return hull.points().to_vec(),
@@ -85,12 +85,12 @@ mod tests {
             ([0.0; 3], 0.9),
         ] {
             let (found, across) = outside(&mesh, point).unwrap();
-            // A vertex or an edge is found to 1e-6; the cube is 0.2 sqrt(3) across.
+            // A vertex or an edge is found to 1e-6; the diagonal of the cube is 0.2 sqrt(3).
             let off = (found - apart).abs().max((across - 0.12_f64.sqrt()).abs());
             assert!(off < 1e-6, "{point:?}: {found} {across}");
         }
         assert_eq!(outside(&link(r#"<box size="0.2 0.2 0.2"/>"#, &folder), [0.0; 3]), None);
-        // Of a mesh that is not there nothing is known.
+        // A missing mesh gives no distance.
         assert_eq!(outside(&link(r#"<mesh filename="none.obj"/>"#, &folder), [0.0; 3]), None);
         std::fs::remove_dir_all(&folder).ok();
     }

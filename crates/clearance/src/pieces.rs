@@ -1,10 +1,11 @@
-//! A mesh that is bent or hollow, cut into pieces of which each is held to its hull.
+//! A bent or hollow mesh, cut into pieces that are each replaced by their hulls.
 //!
-//! A plane cuts the triangles that it meets. A half has the surface on its side with the rim of the cut, so that its hull holds all
-//! of the solid there, the face of the cut too. So the hulls of all pieces hold the solid, however it is cut. It is cut where
-//! the hulls of the halves have the least volume, the piece first that gains most, while that is much.
+//! A plane cuts the triangles that it meets. A half has the surface on its side with the rim of the cut, so its hull contains all
+//! of the solid on this side, including the face of the cut. So the hulls of all pieces contain the solid, whatever the cuts.
+//! Cuts minimise the volume of the hulls of the halves. The piece with the largest saving is cut first, as long as the saving is
+//! large.
 //!
-//! Not here: which meshes are cut ([`crate::crowded`]).
+//! Not here: the choice of the meshes to cut ([`crate::crowded`]).
 
 use robot::vector::{Vector3, dot};
 
@@ -14,23 +15,24 @@ use crate::solid::directions;
 /// A triangle of a mesh.
 pub(crate) type Triangle = [Vector3; 3];
 
-/// Most pieces of a mesh.
-const MOST_PIECES: usize = 4;
-/// What a cut must save of the volume of the hull of all.
+/// Maximum number of pieces of a mesh.
+const MAX_PIECES: usize = 4;
+/// Least saving of a cut, as a share of the volume of the hull of the whole mesh.
 const LEAST_SAVED_SHARE: f64 = 0.08;
-/// Places of vertices along an axis that are too many to try all.
-const MANY_PLACES: usize = 16;
-/// Where along an axis a piece is cut then, as shares of its extent.
+/// Distinct vertex coordinates along an axis above which not all are tried.
+const MAX_TRIED_PLACES: usize = 16;
+/// Positions of the cuts in this case, as shares of the extent along the axis.
 const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
-/// Triangles by which cuts are ranked, at most: a mesh may have millions.
-const MOST_RANKING: usize = 4000;
-/// Below a plane and above it.
+/// Triangles for the ranking of cuts, at most: a mesh may have millions.
+const MAX_RANKING_TRIANGLES: usize = 4000;
+/// Signs of the half below a plane and of the half above it.
 const SIDES: [f64; 2] = [1.0, -1.0];
-/// Directions whose outermost vertices tell the volume of a hull, and cells of a grid along each axis.
+/// Directions of the planes that bound the volume of a hull.
 const DIRECTIONS_FOR_VOLUME: usize = 100;
-const GRID: usize = 16;
+/// Cells along each axis of the grid that measures the volume.
+const GRID_CELLS: usize = 16;
 
-/// The best cut of a piece: what it saves, m^3, by some of its triangles, and the halves.
+/// The best cut of a piece: the saving, m^3, estimated from some of its triangles, and the halves.
 struct Cut {
     saved: f64,
     halves: [Vec<Triangle>; 2],
@@ -44,7 +46,7 @@ pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
         (piece, cut)
     };
     let mut found = vec![with_cut(mesh)];
-    while found.len() < MOST_PIECES {
+    while found.len() < MAX_PIECES {
         let saved = |k: usize| found[k].1.as_ref().map_or(0.0, |cut| cut.saved);
         let best = (0..found.len()).reduce(|a, b| if saved(b) > saved(a) { b } else { a });
         let Some(best) = best.filter(|&k| saved(k) > LEAST_SAVED_SHARE * whole) else { break };
@@ -54,9 +56,9 @@ pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     found.into_iter().map(|(piece, _)| piece).collect()
 }
 
-/// The triangles that rank cuts: all, or some of many, evenly in their order.
+/// The triangles that rank cuts: all, or a selection of many, evenly in their order.
 fn some_of(piece: &[Triangle]) -> Vec<Triangle> {
-    piece.iter().step_by(piece.len().div_ceil(MOST_RANKING).max(1)).copied().collect()
+    piece.iter().step_by(piece.len().div_ceil(MAX_RANKING_TRIANGLES).max(1)).copied().collect()
 }
 
 fn best_cut(piece: &[Triangle]) -> Option<Cut> {
@@ -72,13 +74,13 @@ fn best_cut(piece: &[Triangle]) -> Option<Cut> {
     halves.iter().all(|half| !half.is_empty()).then_some(Cut { saved, halves })
 }
 
-/// Where a piece may be cut along an axis: where it has vertices, or evenly where those are many.
+/// Coordinates of possible cuts along an axis: all vertices, or an even grid where there are many.
 fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
     let mut along: Vec<f64> = piece.iter().flatten().map(|p| p[axis]).collect();
     along.sort_by(f64::total_cmp);
     along.dedup();
     match along[..] {
-        [low, .., high] if along.len() > MANY_PLACES => CUT_AT.map(|share| low + share * (high - low)).to_vec(),
+        [low, .., high] if along.len() > MAX_TRIED_PLACES => CUT_AT.map(|share| low + share * (high - low)).to_vec(),
         [_, ref inside @ .., _] => inside.to_vec(),
         _ => vec![],
     }
@@ -87,7 +89,7 @@ fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
 /// The part of a triangle where `side` times a coordinate is at most `side` times `at`, as a fan of triangles.
 fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle> {
     let beyond = |p: &Vector3| side * (p[axis] - at);
-    // A face in the plane belongs to one half: the rim of the other are the ends of other faces.
+    // A face in the plane belongs to one half only: the other half gets this rim from other faces.
     if side < 0.0 && triangle.iter().all(|p| beyond(p) == 0.0) {
         return vec![];
     }
@@ -99,7 +101,7 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
             corners.push(from);
         }
         if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
-            // Rounded by far less than the allowance for places.
+            // The rounding is far below the allowance for positions.
             let share = a / (a - b);
             let mut on_plane = [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]));
             on_plane[axis] = at;
@@ -109,7 +111,7 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
     corners.get(1..).map_or(vec![], |rest| rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]]).collect())
 }
 
-/// The volume of the hull, m^3, roughly: of the cells of a grid whose centres no direction shows to be outside of it.
+/// The approximate volume of the hull, m^3: the number of cells of a grid with centres inside all planes of some directions.
 fn volume(triangles: &[Triangle]) -> f64 {
     if triangles.is_empty() {
         return 0.0;
@@ -121,11 +123,11 @@ fn volume(triangles: &[Triangle]) -> f64 {
     let outermost = |along: Vector3| Some((along, dot(points[farthest(&points, along)?], along)));
     let planes: Vec<(Vector3, f64)> = directions(DIRECTIONS_FOR_VOLUME).filter_map(outermost).collect();
     let centre = |cell: usize| {
-        let place = [cell % GRID, cell / GRID % GRID, cell / GRID / GRID];
-        [0, 1, 2].map(|k| low[k] + size[k] * (place[k] as f64 + 0.5) / GRID as f64)
+        let place = [cell % GRID_CELLS, cell / GRID_CELLS % GRID_CELLS, cell / GRID_CELLS / GRID_CELLS];
+        [0, 1, 2].map(|k| low[k] + size[k] * (place[k] as f64 + 0.5) / GRID_CELLS as f64)
     };
     let is_inside = |cell: &usize| planes.iter().all(|(along, height)| dot(centre(*cell), *along) <= *height);
-    let cells = GRID * GRID * GRID;
+    let cells = GRID_CELLS * GRID_CELLS * GRID_CELLS;
     size.iter().product::<f64>() * ((0..cells).filter(is_inside).count() as f64 / cells as f64)
 }
 
@@ -152,7 +154,7 @@ pub(crate) mod tests {
         parts.into_iter().flat_map(|(low, high)| cuboid(low, high)).collect()
     }
 
-    /// Whether a hull holds a point, to a micrometre.
+    /// Whether a hull contains a point, to a micrometre.
     fn holds(solid: &Solid, point: Vector3) -> bool {
         directions(400).all(|along| dot(minus(point, solid.core.support(along)), along) <= solid.radius + 1e-6)
     }
@@ -165,7 +167,7 @@ pub(crate) mod tests {
     fn a_fork_is_cut_and_held_whole() {
         let found = solids(&pieces(fork()));
         assert_eq!(found.len(), 3);
-        // What is inside of the fork is inside of a piece, also where it is cut.
+        // Every point inside of the fork is inside of a piece, also near the cuts.
         let grid = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 / 12.0);
         for (low, high) in [([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]), ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3])] {
             for k in 0..13 * 13 * 13 {
@@ -187,7 +189,7 @@ pub(crate) mod tests {
             [[t[0], ab, ca], [ab, t[1], bc], [ca, bc, t[2]], [ab, bc, ca]]
         };
         let fine = (0..6).fold(fork(), |mesh, _| mesh.into_iter().flat_map(quarters).collect());
-        assert!(fine.len() > 10 * MOST_RANKING && some_of(&fine).len() <= MOST_RANKING);
+        assert!(fine.len() > 10 * MAX_RANKING_TRIANGLES && some_of(&fine).len() <= MAX_RANKING_TRIANGLES);
         let found = solids(&pieces(fine.clone()));
         assert!(found.len() > 1 && !found.iter().any(|solid| holds(solid, [0.25, 0.05, 0.2])), "{}", found.len());
         let middles = fine.iter().step_by(97).map(|t| [0, 1, 2].map(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0));
@@ -204,14 +206,14 @@ pub(crate) mod tests {
         assert_eq!(pieces(vec![]).len(), 1);
     }
 
-    /// Of a box, and of a box without a corner, a sixth of it.
+    /// The volume of a box, and of a box without a corner, a sixth of it.
     #[test]
     fn volumes_are_known_roughly() {
         let whole = cuboid([1.0, 2.0, 3.0], [2.0, 4.0, 3.5]);
         assert!((volume(&whole) - 1.0).abs() < 1e-12);
         let is_corner = |p: &Vector3| *p == [2.0, 4.0, 3.5];
         let without: Vec<Triangle> = whole.into_iter().filter(|t| !t.iter().any(is_corner)).collect();
-        // Cells of a sixteenth are counted or not, and a hundred directions miss some of what is outside.
+        // Cells of a sixteenth are counted or not, and a hundred directions miss some of the outside.
         assert!((volume(&without) - 5.0 / 6.0).abs() < 0.06, "{}", volume(&without));
         assert_eq!(volume(&[]), 0.0);
     }

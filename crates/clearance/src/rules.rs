@@ -1,46 +1,46 @@
-//! What is asked of a robot's bodies, and the situation by which its gaps are chosen.
+//! The rules for a robot's bodies, and the situation that determines its gaps.
 
 use crate::body_errors::BodyErrors;
 use crate::half_space::HalfSpace;
 
-/// What is asked of a robot.
+/// The rules for a robot's bodies.
 #[derive(Clone, Debug)]
-pub struct Rules {
-    /// Whether distances between the robot's own links are looked at.
+pub struct ClearanceRules {
+    /// Whether distances between the robot's own links are checked.
     pub own_links: bool,
-    /// Least distance of two links, m. `None`: the spacing, or half of the room that the two have where that is less.
+    /// Least distance of two links, m. `None`: the spacing, or half of the room of the pair where this is less.
     pub distance: Option<f64>,
-    /// Pairs of links whose distance is not looked at, each with the reason.
+    /// Pairs of links without a check of their distance, each with the reason.
     pub accepted: Vec<(String, String, String)>,
-    /// Where no moving body goes below.
+    /// The floor that no moving body goes below.
     pub floor: FloorRule,
-    /// Where bodies must stay.
+    /// Half-spaces that bodies must stay in.
     pub half_spaces: Vec<HalfSpace>,
-    /// How far bodies may be from where the joints put them.
+    /// Position errors of bodies.
     pub errors: BodyErrors,
-    /// Distance that two links, and a link and a floor that nobody asked for, keep where they have room for it, m. `None`:
-    /// [`crate::gaps::DEFAULT_DISTANCE_M`], and nothing to the floor.
+    /// Distance that two links, or a link and an assumed floor, keep where they have room for it, m. `None`:
+    /// [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 to the floor.
     pub spacing: Option<f64>,
-    /// Whether the plane of the base is a floor for a robot that stands on it, though at the zero pose a body is below.
+    /// Whether the plane of the base is a floor for a robot that stands on it, even if a body is below it at the zero pose.
     pub assumes_floor: bool,
-    /// Whether whoever waits for the gaps has given up.
+    /// Whether the computation is cancelled.
     pub is_over: fn() -> bool,
 }
 
-/// Which floor there is.
+/// The choice of the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloorRule {
-    /// The plane z = 0 of the base where no body is below it at rest, but no lower than the height that is given.
+    /// The plane z = 0 of the base where no body is below it at rest, but not below the given height, m.
     OfBase(Option<f64>),
-    /// None, as the user says.
+    /// No floor, by the user's rule.
     Nowhere,
     /// At this height, m.
     At(f64),
 }
 
-impl Default for Rules {
-    fn default() -> Rules {
-        Rules {
+impl Default for ClearanceRules {
+    fn default() -> ClearanceRules {
+        ClearanceRules {
             own_links: true,
             distance: None,
             accepted: vec![],
@@ -54,15 +54,15 @@ impl Default for Rules {
     }
 }
 
-/// The rest pose and the moving coordinates, by which gaps are chosen.
+/// The rest pose and the moving coordinates, which determine the gaps.
 #[derive(Clone, Debug)]
 pub struct Situation {
-    /// Where each coordinate rests, rad (m): where it is locked, or else zero, or as near to it as its limits allow.
+    /// Rest position of each coordinate, rad (m): where it is locked, otherwise zero, or as near to zero as its limits allow.
     pub rest: Vec<f64>,
-    /// Zero, or as near to it as the limits of the description allow.
+    /// The zero pose, or as near to it as the limits of the description allow.
     pub zero: Vec<f64>,
     /// Whether each coordinate moves.
     pub moves: Vec<bool>,
-    /// Poses all over the limits of the description, by which it is told who always touches.
+    /// Poses all over the limits of the description, which show the links that always touch.
     pub poses: Vec<Vec<f64>>,
 }

@@ -1,9 +1,9 @@
 //! The room that two links have over poses of the robot.
 //!
-//! Two links that touch in nearly every pose are held together by their joints, or are drawn larger than they are: no
-//! motion parts them. All others can meet somewhere and be apart elsewhere, whether they touch at zero or not.
+//! Two links that touch in nearly every pose are held together by their joints, or their geometry is too large: no motion
+//! separates them. All other pairs can meet in some poses and be apart in others, whether they touch at zero or not.
 
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 use robot::Pose;
 
 use crate::clearance::{Against, Clearance, Gap};
@@ -13,41 +13,41 @@ use robot::vector::{minus, norm};
 
 /// Bodies nearer than this touch, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
-/// The same where a body is of a mesh, m: the two sides of a joint are drawn some tenths of a millimetre apart, wherever it
-/// turns, and no motion can be asked to keep that.
+/// Least distance where a body is a mesh, m: the two sides of a joint are drawn some tenths of a millimetre apart at every angle,
+/// and no motion can be required to keep this distance.
 const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
-/// Share of the poses in which links touch that no motion parts.
+/// Share of the poses in which links touch that no motion separates.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
-/// The room is what this share of the poses exceeds.
+/// The room is exceeded in this share of the poses.
 pub(crate) const ROOMY_SHARE: f64 = 0.1;
-/// What the room is where fewer poses than that leave any.
+/// The room is exceeded in this share instead, where too few poses leave any room.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
-/// What poses tell of a pair.
+/// The sampled room of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SampledRoom {
     /// The links touch in nearly every pose.
     AlwaysTouching,
-    /// One is a mesh, and they are nearer than any motion is asked to keep in nearly every pose.
+    /// One is a mesh, and in nearly every pose they are nearer than the least distance of meshes.
     AlwaysNear,
-    /// They have this room, m: no more than `enough`.
+    /// The pair has this room, m, at most `enough`.
     Room(f64),
 }
 
-/// Distances that change by less over all poses do not change, m: the rest is how exactly round sides are drawn.
+/// Distances that change by less over all poses are constant, m: the remaining change is the accuracy of round sides.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
-/// What is assumed of these pairs, where there are any: two sides of a joint whose distance so many poses do not change.
+/// The assumption for these pairs, if any: two sides of a joint at a constant distance in the sampled poses.
 pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<LeftOut> {
     let what = format!(
         "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
          with no margin",
         1e3 * CONSTANT_WITHIN_M
     );
-    (!pairs.is_empty()).then(|| LeftOut::assumed(Matter::Margin, pairs, what, "default"))
+    (!pairs.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Margin, pairs, what, "default"))
 }
 
-/// What is assumed of pairs that always touch, by so many poses, and of those with a mesh that are always near.
+/// The assumptions for pairs that always touch in the sampled poses, and for pairs with a mesh that are always near.
 pub(crate) fn always(poses: usize) -> [String; 2] {
     let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * NEAR_MESH_DISTANCE_M);
     [
@@ -59,8 +59,8 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
 }
 
 impl Clearance {
-    /// The room of a pair over `poses`, each of all links, and whether no pose changes it; rooms above `enough` are not told
-    /// apart.
+    /// The room of a pair over `poses`, each of all links, and whether it is constant; rooms above `enough` are not
+    /// distinguished.
     pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> (SampledRoom, bool) {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
         let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
@@ -84,20 +84,20 @@ impl Clearance {
             return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
-        // As many poses as leave any room, where it is less than the shares ask for.
+        // Fewer poses than these shares leave any room: the least room of these poses.
         let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
         let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
         (SampledRoom::Room(room), is_constant)
     }
 
-    /// Whether a body of a pair is of a mesh.
+    /// Whether a body of a pair is a mesh.
     fn is_of_mesh(&self, gap: &Gap) -> bool {
         let Against::Body(other) = gap.against else { return false };
         let is_mesh = |body: usize| self.bodies[body].shapes.iter().any(|s| matches!(s.solid.core, Core::Hull(_)));
         is_mesh(gap.body) || is_mesh(other)
     }
 
-    /// The distance of a pair, m; one above `enough` is told as some value above it.
+    /// The distance of a pair, m; any distance above `enough` is given as some value above it.
     fn room_up_to(&self, gap: &Gap, poses: &[Pose], enough: f64) -> f64 {
         let Against::Body(other) = gap.against else { return f64::INFINITY };
         let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);
@@ -124,7 +124,7 @@ impl Clearance {
 #[cfg(test)]
 mod tests {
     use crate::clearance::Clearance;
-    use crate::gaps::{Rules, Situation};
+    use crate::gaps::{ClearanceRules, Situation};
 
     #[test]
     fn sides_of_a_joint_are_a_pair_where_they_are_apart() {
@@ -148,7 +148,7 @@ mod tests {
             let robot = robot::format::read_urdf(&arm, "arm.urdf").unwrap();
             let poses = (0..100).map(|k| vec![0.06 * f64::from(k) - 3.0]).collect();
             let situation = Situation { rest: vec![0.0], zero: vec![0.0], moves: vec![true], poses };
-            let clearance = Clearance::new(&robot, &folder, &Rules::default(), &situation).unwrap();
+            let clearance = Clearance::new(&robot, &folder, &ClearanceRules::default(), &situation).unwrap();
             let found = clearance.gaps().iter().find(|gap| gap.is_own).map(|gap| gap.bound);
             let is_near = |(a, b): (f64, f64)| (a - b).abs() < 1e-9;
             assert!(found.is_some() == bound.is_some() && found.zip(bound).is_none_or(is_near), "{height}: {found:?}");

@@ -1,12 +1,12 @@
-//! How far two solids are apart, with a proof.
+//! The distance of two solids, with a proven lower bound.
 //!
-//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Whatever it finds, every unit vector n gives a bound:
+//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Whatever its result, every unit vector n gives a bound:
 //!
 //! ```text
 //! distance(A, B) >= min over A of n.x - max over B of n.x
 //! ```
-//! Both sides are taken at support points. So the distance that GJK reports is not relied on. Only its direction is
-//! used, and the bound that this direction proves is computed anew.
+//! Both sides follow from support points. So the distance that GJK reports is not trusted: only its direction is used, and the
+//! bound along this direction is computed independently.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector};
 use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_points};
@@ -16,23 +16,23 @@ use robot::Pose;
 use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
-/// How exactly the nearest points must be found from a seed, m. On the round side of a cylinder any search ends some
-/// micrometres early; one that ends earlier is done anew.
+/// Required accuracy of the nearest points from a seed, m. On the round side of a cylinder any search ends some micrometres
+/// early; a less accurate one is repeated without the seed.
 const FOUND_WITHIN_M: f64 = 1e-5;
 
-/// A solid where it stands.
+/// A solid at a pose.
 #[derive(Clone, Copy, Debug)]
-pub struct Standing<'a> {
-    /// About its own frame.
+pub struct PosedSolid<'a> {
+    /// The solid in its own frame.
     pub solid: &'a Solid,
-    /// Of its frame in the base frame.
+    /// Pose of the solid's frame in the base frame.
     pub pose: Pose,
 }
 
-/// Two solids apart; negative where they overlap.
+/// The distance of two solids; negative where they overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
-    /// Lower bound of the distance, m, proved but for rounding.
+    /// Lower bound of the distance, m, proven up to rounding.
     pub at_least: f64,
     /// Distance of two points of the solids, m. Where the cores overlap, it equals `at_least`.
     pub reached: f64,
@@ -42,21 +42,21 @@ pub struct Separation {
     pub nearest: [Vector3; 2],
 }
 
-impl Standing<'_> {
+impl PosedSolid<'_> {
     /// The point of the core farthest along a direction, all in the base frame.
     pub fn support(&self, along: Vector3) -> Vector3 {
         let own = self.solid.core.support(turned_back(&self.pose.rotation, along));
         plus(self.pose.position, turned(&self.pose.rotation, own))
     }
 
-    /// The least of n.x over the solid; n is a unit vector.
+    /// The least of n.x over the solid, m; n is a unit vector in the base frame.
     pub(crate) fn least_along(&self, n: Vector3) -> f64 {
         dot(n, self.support(scaled(n, -1.0))) - self.solid.radius
     }
 }
 
-/// A lower bound of how far `a` is from `b`, m, along one direction from b to a: far cheaper than their distance.
-pub(crate) fn apart_along(a: Standing, b: Standing, towards_a: Vector3) -> f64 {
+/// A lower bound of the distance of `a` from `b`, m, along one direction from b to a: far cheaper than their distance.
+pub(crate) fn apart_along(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> f64 {
     let length = norm(towards_a);
     if length <= f64::EPSILON {
         return f64::NEG_INFINITY;
@@ -65,11 +65,11 @@ pub(crate) fn apart_along(a: Standing, b: Standing, towards_a: Vector3) -> f64 {
     a.least_along(n) + b.least_along(scaled(n, -1.0))
 }
 
-/// How far `a` is from `b`; `towards_a`: a direction to begin with, from b to a.
-pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
+/// The distance of `a` from `b`; `towards_a`: the start direction of the search, from b to a.
+pub fn separation(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     match nearest(a, b, towards_a, f64::INFINITY, &mut Seed::default()) {
         Nearest::At(found) => found,
-        // Nothing is beyond infinity.
+        // No distance is beyond infinity.
         Nearest::Beyond(at_least, direction) => {
             let nearest = [a.pose.position, b.pose.position];
             Separation { at_least, reached: at_least, direction, nearest }
@@ -77,28 +77,28 @@ pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
     }
 }
 
-/// A bound of how far a is from b along the unit vector n from b to a, and the two points that prove it.
-fn proved(a: Standing, b: Standing, n: Vector3) -> (f64, [Vector3; 2]) {
+/// A lower bound of the distance of a from b along the unit vector n from b to a, and the two points that prove it.
+fn proved(a: PosedSolid, b: PosedSolid, n: Vector3) -> (f64, [Vector3; 2]) {
     let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
     (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
 }
 
-/// Points of two cores, each in the frame of its solid, whose differences are about where the cores are nearest.
+/// Points of two cores, each in the frame of its solid, near the nearest points: the start of a search.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seed {
     count: usize,
     points: [[Vector3; 2]; 3],
 }
 
-/// What a look for the nearest points finds.
+/// The result of a search for the nearest points.
 pub(crate) enum Nearest {
-    /// They are farther than was asked for: by how much at least, and along which unit vector from b to a.
+    /// The solids are farther apart than requested: a lower bound of the distance, m, and its unit vector from b to a.
     Beyond(f64, Vector3),
-    /// This far.
+    /// The solids at this distance.
     At(Separation),
 }
 
-/// The core of b as the frame of a sees it.
+/// The core of b in the frame of a.
 struct Seen<'a> {
     core: &'a Core,
     pose: Pose,
@@ -110,17 +110,16 @@ impl SupportMap for Seen<'_> {
         Vector::from_array(plus(self.pose.position, turned(&self.pose.rotation, own)))
     }
 
-    /// Both stand in one frame: what parry3d asks for is no transform.
+    /// Both cores are in one frame, so the transform of parry3d is not needed.
     fn support_point(&self, _: &ParryPose, along: Vector) -> Vector {
         self.local_support_point(along)
     }
 }
 
-/// How far `a` is from `b`, with the nearest points, unless that is farther than `within`, m.
+/// The distance of `a` from `b` with the nearest points, unless it is larger than `within`, m.
 ///
-/// `seed`: of an earlier look at the same two; it is that of this look afterwards. With a good one the look ends after a
-/// step or two.
-pub(crate) fn nearest(a: Standing, b: Standing, towards_a: Vector3, within: f64, seed: &mut Seed) -> Nearest {
+/// `seed`: from an earlier search for these two; it is updated. With a good seed the search ends after a step or two.
+pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: f64, seed: &mut Seed) -> Nearest {
     let radii = a.solid.radius + b.solid.radius;
     let was_seeded = seed.count > 0;
     let rotation = a.pose.rotation;
@@ -129,7 +128,7 @@ pub(crate) fn nearest(a: Standing, b: Standing, towards_a: Vector3, within: f64,
     let columns = [0, 1, 2].map(|k| turned_back(&rotation, b.pose.rotation.map(|row| row[k])));
     let pose = Pose { rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|k| columns[k][i])), position: offset };
     let seen = Seen { core: &b.solid.core, pose };
-    // Points of the difference of the cores: those of the seed, else the nearest one along the line of centres.
+    // Points of the difference of the cores: the points of the seed, else the farthest point along the line of centres.
     let mut simplex = VoronoiSimplex::new();
     let point =
         |[on_a, on_b]: [Vector3; 2]| CsoPoint::new(in_a(on_a), in_a(plus(pose.position, turned(&pose.rotation, on_b))));
@@ -184,8 +183,8 @@ pub(crate) fn nearest(a: Standing, b: Standing, towards_a: Vector3, within: f64,
     Nearest::At(overlap(a, b, towards_a))
 }
 
-/// Two solids whose cores overlap. Every direction bounds how deep, and the best of a few is taken.
-fn overlap(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
+/// Two solids with overlapping cores. Every direction bounds the depth; the best of a few is taken.
+fn overlap(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     let radii = a.solid.radius + b.solid.radius;
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
     let axes = [a, b].into_iter().flat_map(|s| {
@@ -197,7 +196,7 @@ fn overlap(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
     let tried = unit(towards_a).into_iter().chain(axes).map(|n| (n, proved(a, b, n)));
     let best = tried.reduce(|best, other| if other.1.0 > best.1.0 { other } else { best });
     let (direction, (at_least, nearest)) = best.unwrap_or(([0.0, 0.0, 1.0], (-radii, [a.pose.position; 2])));
-    // Touching cores have distance zero, whatever rounding says.
+    // The distance of touching cores is at most zero, whatever the rounding.
     let at_least = at_least.min(-radii);
     Separation { at_least, reached: at_least, direction, nearest }
 }
@@ -217,7 +216,7 @@ mod tests {
 
     fn apart(a: &Solid, pose_a: Pose, b: &Solid, pose_b: Pose) -> Separation {
         let towards = minus(pose_a.position, pose_b.position);
-        separation(Standing { solid: a, pose: pose_a }, Standing { solid: b, pose: pose_b }, towards)
+        separation(PosedSolid { solid: a, pose: pose_a }, PosedSolid { solid: b, pose: pose_b }, towards)
     }
 
     #[test]
@@ -235,7 +234,7 @@ mod tests {
             (&cube, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&hull, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&ball(0.25), at([1.0, 1.0, 1.0]), &hull, at([0.0; 3]), 0.5 * diagonal - 0.25),
-            // Crossed cylinders: their axes two apart.
+            // Crossed cylinders with axes at a distance of 2.
             (&cylinder, at([0.0; 3]), &cylinder, quarter, 1.6),
             (&cylinder, at([0.0, 0.0, 3.0]), &cube, at([0.0; 3]), 1.5),
         ] {

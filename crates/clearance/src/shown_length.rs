@@ -1,13 +1,18 @@
-//! A length as a sentence shows it.
+//! A length as text in a sentence.
 
-/// Decimals that a robot's lengths are shown with: a tenth of a millimetre.
+/// Decimals of a length in m: a tenth of a millimetre.
 const DECIMALS: usize = 4;
-/// A length below this would be shown with a digit or none, m.
-const SMALL_M: f64 = 1e-3;
+/// A length below this would be shown with one digit or none, m.
+const FOUR_DECIMALS_FROM_M: f64 = 1e-3;
 
-/// With four decimals, without a unit; one below a millimetre with two digits and its power of ten, so that only zero is shown as zero.
+/// A length with four decimals, without a unit; below a millimetre with two digits and a power of ten, so that only zero is shown
+/// as zero.
 pub fn shown_length(metres: f64) -> String {
-    if metres == 0.0 || metres.abs() >= SMALL_M { format!("{metres:.DECIMALS$}") } else { format!("{metres:.1e}") }
+    if metres == 0.0 || metres.abs() >= FOUR_DECIMALS_FROM_M {
+        format!("{metres:.DECIMALS$}")
+    } else {
+        format!("{metres:.1e}")
+    }
 }
 
 #[cfg(test)]

@@ -3,12 +3,12 @@
 //! ```text
 //! S = core + ball(radius),   support: the point of the core farthest along a direction
 //! ```
-//! A ball is a point with a radius, and a capsule is a segment with a radius. A mesh becomes the hull of some of its
-//! vertices, with the least radius that takes in the others ([`Solid::around`]). So it is never smaller than the hull
-//! of all vertices. Vertices are added until that radius is a tenth of a millimetre, or until there are too many: what a body is
-//! made larger by is room that the robot has and a motion loses.
+//! A ball is a point with a radius, and a capsule is a segment with a radius. A mesh becomes the hull of some of its vertices,
+//! with the least radius that includes the others ([`Solid::around`]). So it is never smaller than the hull of all vertices.
+//! Vertices are added until this radius is a tenth of a millimetre, or until there are too many: any excess of a body takes room
+//! from the motions.
 //!
-//! Not here: where a solid stands.
+//! Not here: the pose of a solid.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector};
 use parry3d_f64::query::details::closest_points_support_map_support_map_with_params;
@@ -20,10 +20,10 @@ use robot::vector::{Vector3, dot, minus, norm, scaled};
 
 use crate::hull::{Hull, farthest};
 
-/// A convex solid about its own frame.
+/// A convex solid in its own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// The solid before the radius is added.
+    /// The core, before the radius is added.
     pub core: Core,
     /// Radius of the ball, m.
     pub radius: f64,
@@ -34,17 +34,17 @@ pub struct Solid {
 pub enum Core {
     /// The origin.
     Point,
-    /// Along z, from -half to half.
+    /// A segment along z, from -half to half.
     Segment {
         /// Half its length.
         half: f64,
     },
-    /// About the origin.
+    /// A cuboid about the origin.
     Cuboid {
         /// Half its lengths.
         half: Vector3,
     },
-    /// Along z, from -half to half.
+    /// A cylinder along z, from -half to half.
     Cylinder {
         /// Radius of its cross-section.
         radius: f64,
@@ -55,19 +55,19 @@ pub enum Core {
     Hull(Hull),
 }
 
-/// Directions along which the outermost vertices of a mesh are kept at first.
+/// Directions in which the outermost vertices of a mesh are kept at first.
 const KEPT_DIRECTIONS: usize = 400;
-/// More are kept until the others are as near as this to the hull of those, m.
+/// Further vertices are kept until the others are within this distance of the hull, m.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// No more vertices are added where there are so many.
-const MANY_KEPT: usize = 1000;
-/// Share of the distance of the farthest vertex from the hull above which others are as urgent.
+/// No more vertices are kept from this number on.
+const MAX_KEPT: usize = 1000;
+/// Share of the distance of the farthest vertex from the hull, above which other vertices are treated in the same step.
 const WORST_SHARE: f64 = 0.7;
-/// Cosine of the angle below which one of two directions is enough to add vertices along.
+/// Two directions with a larger cosine count as one when vertices are added.
 const SAME_DIRECTION: f64 = 0.995;
 
-/// A mesh all of whose coordinates are below this is measured enlarged, m.
-const SMALL: f64 = 1e-3;
+/// A mesh with all coordinates below this is scaled up for measurement, m.
+const RESCALED_MESH_SIZE_M: f64 = 1e-3;
 
 impl Solid {
     /// The solid of a shape that needs no file; `None` for the others.
@@ -86,10 +86,10 @@ impl Solid {
         }
     }
 
-    /// A solid that holds all these points and is hardly larger than their hull; `None` of no points.
+    /// A solid that contains all these points and is hardly larger than their hull; `None` without points.
     ///
-    /// The outermost points along many directions are its core, and those along the directions in which others stand out of it. The
-    /// radius is the largest distance of any point from the hull of those.
+    /// Its core consists of the outermost points in many directions, and in directions where others are outside of it. The radius
+    /// is the largest distance of any point from the hull of the core's points.
     pub fn around(points: &[Vector3]) -> Option<Solid> {
         let mut kept: Vec<usize> = directions(KEPT_DIRECTIONS).filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
@@ -98,21 +98,25 @@ impl Solid {
             return None;
         }
         let size = points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
-        // To GJK what is nearer than 2e-15 is within: a mesh that is small beside that is measured enlarged.
-        let scale = if size > 0.0 && size < SMALL { 2.0_f64.powi((-size.log2().ceil() as i32).min(1000)) } else { 1.0 };
-        // How far the others stand out at most: the hull only grows, so what was measured holds for ever.
+        // GJK treats points nearer than 2e-15 as inside: a small mesh is scaled up for measurement.
+        let scale = if size > 0.0 && size < RESCALED_MESH_SIZE_M {
+            2.0_f64.powi((-size.log2().ceil() as i32).min(1000))
+        } else {
+            1.0
+        };
+        // Upper bounds of the distances of the other points: the hull only grows, so earlier distances stay upper bounds.
         let mut hull = hull_of(points, &kept, scale);
         let measured = |hull: &Core, k: usize| Outside::of(hull, k, points[k], scale);
         let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
         let mut outside: Vec<Outside> = others.map(|k| measured(&hull, k)).collect();
         loop {
             let most = outside.iter().map(|o| o.distance).fold(0.0, f64::max);
-            if most <= NEAR_ENOUGH_M || kept.len() >= MANY_KEPT {
+            if most <= NEAR_ENOUGH_M || kept.len() >= MAX_KEPT {
                 break;
             }
             outside.sort_by(|a, b| b.distance.total_cmp(&a.distance));
             let added = standing_out(points, &kept, &outside, NEAR_ENOUGH_M.max(WORST_SHARE * most));
-            // Nothing is outermost in a direction in which something stands out: rounding.
+            // No point is outermost in a direction where another is outside: this is rounding.
             if added.is_empty() {
                 break;
             }
@@ -124,7 +128,7 @@ impl Solid {
         }
         let found = outside.iter().map(|o| o.distance).fold(0.0, f64::max);
         let solid = Solid { core: hull_of(points, &kept, 1.0), radius: found };
-        // A hull that is nearly flat can deceive GJK: no point may stand out of the ball about the solid.
+        // GJK can fail for a nearly flat hull: no point may be outside of the support along its direction from the centre.
         let (centre, _) = solid.ball();
         let stands_out = |p: &Vector3| {
             let out = minus(*p, centre);
@@ -135,7 +139,7 @@ impl Solid {
         Some(Solid { radius, ..solid })
     }
 
-    /// A ball that holds the solid: its centre in the frame of the solid, and its radius, m.
+    /// A ball that contains the solid: its centre in the frame of the solid, and its radius, m.
     pub fn ball(&self) -> (Vector3, f64) {
         let (centre, reach) = match &self.core {
             Core::Point => ([0.0; 3], 0.0),
@@ -153,7 +157,7 @@ impl Solid {
         (centre, reach + self.radius)
     }
 
-    /// The largest distance of any of its points from the z axis of a frame in which it stands as `pose` says, m.
+    /// The largest distance of any of its points from the z axis of the frame in which it has this pose, m.
     pub(crate) fn reach_from_z(&self, pose: &robot::Pose) -> f64 {
         let from_axis = |p: Vector3| {
             let at = pose.compose(&robot::Pose { position: p, ..robot::Pose::IDENTITY }).position;
@@ -201,7 +205,7 @@ impl SupportMap for Core {
     }
 }
 
-/// The axes, and so many directions spread evenly over the ball by the golden angle.
+/// The axes, and `count` directions spread evenly over the sphere by the golden angle.
 pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vector3> {
     let axes = [0, 1, 2].into_iter().flat_map(|k| {
         [1.0, -1.0].map(|sign| {
@@ -227,9 +231,9 @@ fn hull_of(points: &[Vector3], kept: &[usize], scale: f64) -> Core {
 /// A point that is not kept.
 struct Outside {
     point: usize,
-    /// How far it is from the hull of those that are kept, m.
+    /// Its distance from the hull of the kept points, m.
     distance: f64,
-    /// From the nearest point of the hull to it: a unit vector, or zero.
+    /// Unit vector from the nearest point of the hull to the point; or zero.
     along: Vector3,
 }
 
@@ -241,7 +245,7 @@ impl Outside {
     }
 }
 
-/// Outermost points that are not kept, in directions in which others stand out by more than `by`, the farthest first.
+/// Outermost points that are not kept, in directions where others are outside by more than `by`, m, the farthest first.
 fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64) -> Vec<usize> {
     let mut directions: Vec<Vector3> = Vec::new();
     for outside in outside.iter().take_while(|o| o.distance > by) {
@@ -256,8 +260,8 @@ fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64
     added
 }
 
-/// Distance from a core to a point, m, and the direction from the nearest point of the core to it, not of unit length. The distance is
-/// never too small: it is measured to some point of the core.
+/// Distance from a core to a point, m, and the direction from the nearest point of the core to it, not normalised. The distance
+/// is never too small, since it is measured to some point of the core.
 fn from_point(core: &Core, point: Vector3) -> (f64, Vector3) {
     let here = ParryPose::from_translation(Vector::from_array(point));
     let from = Some(-Vector::from_array(point));
@@ -280,7 +284,7 @@ mod tests {
 
     use super::*;
 
-    /// A mesh of 1e-35 m, found by fuzzing: to GJK all of it is one point.
+    /// A mesh of 1e-35 m, found by fuzzing: for GJK all of it is one point.
     #[test]
     fn the_smallest_mesh_is_held() {
         // More points of a ball than directions.
@@ -298,7 +302,7 @@ mod tests {
         }
     }
 
-    /// A mesh of 1e-35 m that is nearly a line, found by fuzzing: GJK takes for within what is not.
+    /// A mesh of 1e-35 m that is nearly a line, found by fuzzing: GJK takes outer points for inner ones.
     #[test]
     fn a_nearly_flat_mesh_is_held() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/meshes/nearly_flat.stl");
@@ -320,21 +324,21 @@ mod tests {
             .collect();
         let solid = Solid::around(&points).unwrap();
         let Core::Hull(kept) = &solid.core else { panic!("{solid:?}") };
-        assert!(kept.points().len() < 2 * MANY_KEPT);
+        assert!(kept.points().len() < 2 * MAX_KEPT);
         for k in 0..50 {
             let along = [(0.7 * f64::from(k)).sin(), (1.3 * f64::from(k)).cos(), (0.4 * f64::from(k)).sin()];
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
             let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
             assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
-            // Of a thousand points on a ball four are 0.16 rad apart somewhere: a cap of 0.2 (1 - cos 0.1) = 1 mm.
+            // Among a thousand points on a ball, four are 0.16 rad apart somewhere: a cap of 0.2 (1 - cos 0.1) = 1 mm.
             assert!(held < outermost + 1e-3 * norm(along), "{k}: {held} {outermost}");
         }
-        // Of fewer vertices than are kept none stands out by more than a tenth of a millimetre.
+        // With fewer vertices than are kept, none is outside by more than a tenth of a millimetre.
         let few: Vec<Vector3> = points.iter().step_by(6).copied().collect();
         assert!(few.len() > 2 * KEPT_DIRECTIONS && Solid::around(&few).unwrap().radius <= NEAR_ENOUGH_M);
         assert_eq!(Solid::around(&[]), None);
         assert_eq!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius, 0.0);
-        // The corners of a cube are a cube.
+        // The hull of the corners of a cube is the cube.
         let corners: Vec<Vector3> =
             (0..8).map(|k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { 0.5 } else { -0.5 })).collect();
         let cube = Solid::around(&corners).unwrap();

@@ -1,15 +1,15 @@
-//! Links whose shape is not known.
+//! Links with an unknown shape.
 
 use crate::clearance::Clearance;
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 
 impl Clearance {
-    /// What cannot be looked at: bodies with a mesh that is not read, and bodies of which there is no geometry.
+    /// Lists the bodies that cannot be checked: bodies with an unread mesh, and bodies without geometry.
     pub(crate) fn leave_out_unknown_links(&mut self) {
         let unread = self.bodies.iter().filter(|b| !b.missing.is_empty());
         let unread = unread.map(|b| {
-            let would_tell = "a mesh that can be read";
-            LeftOut::not_looked_at(Matter::Distance, vec![b.name.clone()], b.missing.join("; "), would_tell)
+            let remedy = "a mesh that can be read";
+            LeftOut::not_looked_at(LeftOutTopic::Distance, vec![b.name.clone()], b.missing.join("; "), remedy)
         });
         let bare = self.bodies.iter().filter(|b| b.link.is_some() && !b.has_geometry);
         let bare: Vec<String> = bare.map(|b| b.name.clone()).collect();
@@ -20,7 +20,7 @@ impl Clearance {
             false => "the description has no collision geometry of them",
         };
         let bare = (!bare.is_empty())
-            .then(|| LeftOut::not_looked_at(Matter::Distance, of, why, "collision geometry in the description"));
+            .then(|| LeftOut::not_looked_at(LeftOutTopic::Distance, of, why, "collision geometry in the description"));
         let found: Vec<LeftOut> = unread.chain(bare).collect();
         self.left_out.extend(found);
     }

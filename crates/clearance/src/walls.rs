@@ -1,38 +1,38 @@
-//! The gaps between the bodies of a robot and what stands around it: the floor, walls, and the sides of boxes.
+//! The gaps between the bodies of a robot and its surroundings: the floor, walls, and the sides of boxes.
 
-use crate::bodies::{Body, Shape};
-use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M, Room};
-use crate::gaps::{DEFAULT_SHARE_OF_ROOM, FloorRule, RESERVE_M, Rules, Situation};
+use crate::bodies::{BodyShape, FileLink};
+use crate::clearance::{Against, Clearance, Gap, GapRange, PLACE_ROUNDING_M};
+use crate::gaps::{ClearanceRules, DEFAULT_SHARE_OF_ROOM, FloorRule, RESERVE_M, Situation};
 use crate::half_space::HalfSpace;
 use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 
-/// Change of a gap, m a rad (m), below which the gap counts as constant.
+/// Change of a gap, m/rad (m/m), below which the gap counts as constant.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
 /// Rounding of the lowest point at rest, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
-/// How far a mesh of a base that stands on a plane may reach below it, m: they are drawn that exactly.
+/// Largest depth of a base's mesh below the plane that the base stands on, m: the accuracy of drawn meshes.
 const STANDING_TOLERANCE_M: f64 = 5e-3;
-/// What the base's own floor is called.
+/// The name of the base's own floor.
 const FLOOR: &str = "the floor";
 
 impl Clearance {
-    /// The half-space above the floor, or why there is none.
-    pub(crate) fn add_floor(&mut self, rules: &Rules, situation: &Situation) -> Result<(), String> {
+    /// Adds the half-space above the floor, or the reason why there is none.
+    pub(crate) fn add_floor(&mut self, rules: &ClearanceRules, situation: &Situation) -> Result<(), String> {
         self.floor = match rules.floor {
             FloorRule::At(height) => Some(height),
             FloorRule::Nowhere => {
                 let what = "nothing stands below the robot (floor: none)";
-                self.left_out.push(LeftOut::assumed(Matter::Floor, vec![], what, "the user"));
+                self.left_out.push(LeftOut::assumed(LeftOutTopic::Floor, vec![], what, "the user"));
                 None
             }
             FloorRule::OfBase(_) if rules.assumes_floor && self.stands_on_its_plane() => Some(0.0),
             FloorRule::OfBase(least) => match self.floor_of_base(situation) {
                 Ok(base) => Some(least.map_or(base, |least| least.max(base))),
                 Err(why) if least.is_none() => {
-                    let would_tell = "the height of the floor in the limits file";
-                    self.left_out.push(LeftOut::not_looked_at(Matter::Floor, vec![], why, would_tell));
+                    let remedy = "the height of the floor in the limits file";
+                    self.left_out.push(LeftOut::not_looked_at(LeftOutTopic::Floor, vec![], why, remedy));
                     None
                 }
                 Err(_) => least,
@@ -45,21 +45,21 @@ impl Clearance {
         Ok(())
     }
 
-    /// z = 0 where no moving body is below it at rest; else why not.
+    /// z = 0 where no moving body is below it at rest; else the reason why it is no floor.
     fn floor_of_base(&self, situation: &Situation) -> Result<f64, String> {
         let has_geometry = self.bodies.iter().any(|b| b.link.is_some() && b.has_geometry && !b.shapes.is_empty());
         match (has_geometry, self.lowest(&situation.zero)) {
             (true, Some((lowest, _))) if lowest >= -FLOOR_ROUNDING_M => Ok(0.0),
-            (true, Some((lowest, whose))) => Err(format!(
-                "{whose} is {} m below the plane of the base at the zero pose, so that this is no floor",
+            (true, Some((lowest, body))) => Err(format!(
+                "{body} is {} m below the plane of the base at the zero pose, so that this is no floor",
                 shown_length(-lowest)
             )),
             _ => Err("the description has no collision geometry, so that nothing says who could meet one".into()),
         }
     }
 
-    /// What a body keeps to a floor that nobody asked for, m: the spacing, or half of the room that it has.
-    fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &Rules) -> f64 {
+    /// The distance of a body to an assumed floor, m: the spacing, or half of the room that it has.
+    fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &ClearanceRules) -> f64 {
         let is_floor = gap.subject.ends_with(FLOOR);
         let (true, FloorRule::OfBase(_), Some(spacing)) = (is_floor, rules.floor, rules.spacing) else { return 0.0 };
         let room = |q: &Vec<f64>| self.apart(gap, &self.tree.poses(q), None).reached;
@@ -69,29 +69,36 @@ impl Clearance {
         spacing.min(DEFAULT_SHARE_OF_ROOM * room.max(0.0))
     }
 
-    /// Whether the fixed base has a body, and nothing of it is below the plane z = 0: the robot stands on it.
+    /// Whether the fixed base has a body and nothing of it is below the plane z = 0: the robot stands on it.
     fn stands_on_its_plane(&self) -> bool {
         let base = self.bodies.iter().filter(|b| b.link.is_none());
-        let height = |(body, shape): (&Body, &Shape)| self.standing(body, shape, &[]).least_along([0.0, 0.0, 1.0]);
+        let height =
+            |(body, shape): (&FileLink, &BodyShape)| self.standing(body, shape, &[]).least_along([0.0, 0.0, 1.0]);
         let all = base.flat_map(|body| body.shapes.iter().map(move |shape| (body, shape)));
         all.map(height).reduce(f64::min).is_some_and(|lowest| lowest >= -STANDING_TOLERANCE_M)
     }
 
-    /// A gap at rest, and its lower bound while every coordinate that moves goes by one.
-    fn near_rest(&self, gap: &Gap, situation: &Situation) -> Room {
+    /// A gap at rest, and its lower bound while every coordinate that moves changes by 1 rad (m).
+    fn near_rest(&self, gap: &Gap, situation: &Situation) -> GapRange {
         let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
         self.apart(gap, &self.tree.poses(&situation.rest), Some(&unit))
     }
 
     /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
-    pub(crate) fn add_wall(&mut self, wall: usize, situation: &Situation, rules: &Rules) -> Result<(), String> {
+    pub(crate) fn add_wall(
+        &mut self,
+        wall: usize,
+        situation: &Situation,
+        rules: &ClearanceRules,
+    ) -> Result<(), String> {
         let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
-        let matter = if name == FLOOR { Matter::Floor } else { Matter::Region };
+        let topic = if name == FLOOR { LeftOutTopic::Floor } else { LeftOutTopic::Region };
         let mut points = Vec::new();
         let mut beyond: Option<(String, f64)> = None;
+        // one gap for each body: all its shapes that the half-space is about
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
-            // A rule may name a body, the link that carries it, or a frame that one of its points stands for.
+            // A rule may name a body, the link that carries it, or a frame with a point as its shape.
             let is_meant = |shape: usize| match &links {
                 None => true,
                 Some(links) => {
@@ -104,11 +111,11 @@ impl Clearance {
                 continue;
             }
             let shapes: Vec<usize> = (0..body.shapes.len()).filter(|&s| is_meant(s)).collect();
-            // A mesh that cannot be read and links without a shape: told, not left out in silence.
+            // A mesh that cannot be read and links without a shape are listed, not left out in silence.
             if !body.missing.is_empty() {
                 let whose = if shapes.is_empty() { "" } else { "unread parts of " };
                 let (of, why) = (vec![format!("{whose}{} at {name}", body.name)], body.missing.join("; "));
-                self.left_out.push(LeftOut::not_looked_at(matter, of, why, "a mesh that can be read"));
+                self.left_out.push(LeftOut::not_looked_at(topic, of, why, "a mesh that can be read"));
             } else if !body.has_geometry {
                 points.push(body.name.clone());
             }
@@ -129,7 +136,7 @@ impl Clearance {
                 joints: self.between(body.link, None),
                 is_constant: false,
             };
-            // A gap that no free joint changes is no gap: it is kept for ever, or never.
+            // A gap that no free joint changes is not checked: it is always kept, or never.
             let now = self.near_rest(&gap, situation);
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 let bound = self.spacing_to_floor(&gap, situation, rules);
@@ -138,22 +145,23 @@ impl Clearance {
                 beyond = Some((body.name.clone(), now.reached));
             }
         }
+        // a body that no joint moves out: an error; links of points: an assumption
         if let Some((body, reached)) = beyond {
             return Err(self.always_beyond(&body, reached, &name));
         }
         if !points.is_empty() {
             let of = points.iter().map(|link| format!("{link} at {name}")).collect();
             let what = "the origins of their frames stand for links without collision geometry";
-            self.left_out.push(LeftOut::assumed(matter, of, what, "default"));
+            self.left_out.push(LeftOut::assumed(topic, of, what, "default"));
         }
         Ok(())
     }
 
-    /// That a body always is beyond a half-space, and what leaves it out.
+    /// The error text for a body that is always beyond a half-space, with a remedy.
     fn always_beyond(&self, body: &str, reached: f64, name: &str) -> String {
         let far = shown_length(-reached);
         let remedy = match self.floor.filter(|_| name == FLOOR) {
-            // A floor that touches the body is beyond it by a rounding.
+            // A floor that touches the body is beyond it by rounding: it is lowered to a multiple of 1 mm.
             Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached) - 0.5).floor() / 1e3),
             None => format!("name the links that must stay in (links: [..]), or move {name} by more than that"),
         };
@@ -170,17 +178,17 @@ mod tests {
 
     #[test]
     fn the_base_has_a_floor() {
-        let of = |floor: FloorRule| clearance(&Rules { floor, ..Rules::default() }).unwrap();
+        let of = |floor: FloorRule| clearance(&ClearanceRules { floor, ..ClearanceRules::default() }).unwrap();
         let below = of(FloorRule::OfBase(None));
-        let out = below.left_out().iter().find(|out| out.matter == Matter::Floor).unwrap();
+        let out = below.left_out().iter().find(|out| out.matter == LeftOutTopic::Floor).unwrap();
         assert_eq!(below.floor(), None);
-        let claims::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
+        let claims::LeftOutReason::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
         assert_eq!(why, "upper is 0.0500 m below the plane of the base at the zero pose, so that this is no floor");
         assert_eq!(of(FloorRule::OfBase(Some(-0.15))).floor(), Some(-0.15));
         let nowhere = of(FloorRule::Nowhere);
         assert!(nowhere.floor().is_none() && nowhere.gaps().iter().all(|g| g.is_own));
         let lifted = ARM.replace("<child link=\"upper\"/>", "<child link=\"upper\"/><origin xyz=\"0 0 0.2\"/>");
-        let lifted = clearance_of(&lifted, &Rules::default()).unwrap();
+        let lifted = clearance_of(&lifted, &ClearanceRules::default()).unwrap();
         assert_eq!(lifted.floor(), Some(0.0));
         assert_eq!(lifted.gaps().last().unwrap().subject, "hand at the floor");
         let (lowest, whose) = lifted.lowest(&[0.0, 0.0, 1.0]).unwrap();
@@ -200,7 +208,7 @@ mod tests {
         for (floor, said) in
             [(1e-46, "upper is 1.0e-46 m beyond the floor"), (0.02, "upper is 0.0200 m beyond the floor")]
         {
-            let rules = Rules { floor: FloorRule::At(floor), ..Rules::default() };
+            let rules = ClearanceRules { floor: FloorRule::At(floor), ..ClearanceRules::default() };
             let refused = Clearance::new(&robot, Path::new("."), &rules, &situation).map(|_| ()).unwrap_err();
             assert!(refused.starts_with(said), "{refused}");
         }

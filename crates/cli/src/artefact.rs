@@ -1,4 +1,4 @@
-//! Artefacts that the commands read.
+//! Artefacts that the commands read and write.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,13 @@ use rist::fit::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::gate::opened;
 use rist::output::{check_output, is_same};
 pub(crate) use rist::read_text;
-use rist::{Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
+use rist::{ArtefactKind, Estimate, ExcitingMotion, ExperimentPlan, Model};
 
 use crate::failure::Failure;
 use crate::interrupt::undivided;
 use crate::model::ModelArguments;
 
-/// Makes a directory where there is none, but not those that it stands in: they would be typing errors.
+/// Creates a directory if it does not exist, but not its parents: missing parents are probably typing errors.
 pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Ok(());
@@ -21,30 +21,30 @@ pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// An estimate, and the model read as it was for it where the flags do not say how; refused where it was made with
-/// another model.
+/// An estimate, and its model, which is read with the options of the estimate where no flag replaces them. Fails where the
+/// estimate was made with another model.
 pub(crate) fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let model = model_of(&estimate, path, arguments)?;
     Ok((estimate, model))
 }
 
-/// The model read as it was for an estimate, that of the file `path`, where the flags do not say how; refused where it
-/// was made with another model.
+/// The model of an estimate in the file `path`, read with the options of the estimate where no flag replaces them. Fails where
+/// the estimate was made with another model.
 pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
     model.check_estimate(path, estimate)?;
     Ok(model)
 }
 
-/// Reads a plan; refuses one that was made with another model.
+/// Reads a plan. Fails where it was made with another model.
 pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
 }
 
-/// The text of a series: Parquet where the name of the file ends so, else CSV.
+/// The text of a series: Parquet for the extension .parquet, otherwise CSV.
 pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
     match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
         true => Ok(series_to_parquet(series, coordinates)?),
@@ -52,20 +52,20 @@ pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[St
     }
 }
 
-/// What `rist simulate` can simulate.
+/// The files that `rist simulate` can simulate.
 pub(crate) enum MotionFile {
-    /// Of `rist plan`.
+    /// A plan of `rist plan`.
     Plan(Box<ExperimentPlan>),
-    /// Of `rist excite`.
+    /// A motion of `rist excite`.
     Motion(Box<ExcitingMotion>),
 }
 
-/// Reads a plan or a motion; refuses one that was made with another model.
+/// Reads a plan or a motion. Fails where it was made with another model.
 pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Of a file of an earlier version the keys differ: a period is in every motion and in no plan.
-    let is_motion =
-        Kind::of(&text).map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == Kind::Motion);
+    // Files of earlier versions are distinguished by their keys: every motion has a period, no plan has one.
+    let is_motion = ArtefactKind::of(&text)
+        .map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == ArtefactKind::Motion);
     if !is_motion {
         return Ok(MotionFile::Plan(Box::new(read_plan(path, model)?)));
     }
@@ -75,14 +75,14 @@ pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Fai
     Ok(MotionFile::Motion(Box::new(motion)))
 }
 
-/// Writes a whole file or nothing, and never over what the program read.
+/// Writes a file completely or not at all, and never over a file that the program read.
 pub(crate) fn write_file(out: &Path, content: impl AsRef<[u8]>) -> Result<(), rist::Error> {
     let read = opened::all();
     let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
     undivided(|| rist::output::write_file(out, content, &inputs))
 }
 
-/// Refuses outputs over inputs or over each other.
+/// Refuses outputs that are inputs, and two outputs with the same file.
 pub(crate) fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[&Path],

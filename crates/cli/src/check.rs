@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rist::request::{CheckRequest, PointsFiles};
-use rist::{Checked, CheckedFile, Model, PlayedFile, Worth, certificate_text, origins_text};
+use rist::{Checked, CheckedFile, Model, PlayedFile, ProofCheck, certificate_text, origins_text};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -15,7 +15,7 @@ use crate::terminal::{self, at_work, print_result};
 /// Prove anew that an exciting motion keeps its limits, or a plan, or what others made
 ///
 /// Of the motion's file the coefficients are taken, and limits where they are tighter than those of the description and
-/// of --limits. A limit that stands in the motion's file alone is told as an assumption. Position, velocity, acceleration
+/// of --limits. A limit that stands in the motion's file alone is reported as an assumption. Position, velocity, acceleration
 /// and jerk are always proved. Torque and power are proved where they are limited, with the inertial parameters of the
 /// description or of --after. Distances of the robot's own links and the floor are proved where a URDF has their collision
 /// geometry, and so are walls and boxes. The last line says what is broken, proven, assumed and not looked at. Exit code
@@ -57,16 +57,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// A certificate with what it leaves out, as JSON.
+/// A certificate with the requirements that it does not cover, as JSON.
 pub(crate) fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
-    let ledger = checked.ledger();
+    let claims = checked.claims();
     Ok(json!({
         "proven": checked.is_proven(),
         "notes": checked.notes,
         "certificate": serde_json::to_value(&checked.certificate)?,
         "limits": serde_json::to_value(&checked.origins)?,
-        "claims": serde_json::to_value(ledger.claims())?,
-        "standing": serde_json::to_value(ledger.standing())?,
+        "claims": serde_json::to_value(claims.claims())?,
+        "standing": serde_json::to_value(claims.standing())?,
         "margins": serde_json::to_value(&checked.margins)?,
         "floor": checked.floor,
         "lowest": serde_json::to_value(&checked.lowest)?,
@@ -74,26 +74,26 @@ pub(crate) fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
 }
 
 fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
-    let ledger = checked.ledger();
+    let claims = checked.claims();
     let mut text =
         terminal::notes(&checked.notes) + &certificate_text(&checked.certificate, &|name| is_prismatic(model, name));
-    text += &ledger.left_out_text();
+    text += &claims.left_out_text();
     text += &format!("\nwhere the limits stand:\n{}", origins_text(&checked.origins));
-    text += &format!("\nmargins:\n{}\n{ledger}\n", checked.margins.text());
+    text += &format!("\nmargins:\n{}\n{claims}\n", checked.margins.text());
     print_result(text, || value(checked))
 }
 
-/// Each experiment in a line, what all of them leave out, and what the proof is worth.
-fn print_plan(file: &CheckedFile, worth: Option<&Worth>) -> Result<(), Failure> {
+/// Prints a line per experiment, the requirements that all of them leave out, and the D-efficiency by the proof.
+fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Failure> {
     let mut text = String::new();
     for (name, checked) in &file.parts {
-        text += &format!("{name}: {}\n", checked.ledger());
+        text += &format!("{name}: {}\n", checked.claims());
     }
     let first = file.parts.first().map(|(_, checked)| checked);
     if let Some(first) = first {
         text += &format!("\nwhere the limits stand:\n{}", origins_text(&first.origins));
     }
-    // What is said of the files; of the experiments' notes each stands with the first of them.
+    // Notes on the file, and the notes of the first experiment, which all experiments have.
     let of_first = first.map_or(&[][..], |checked| &checked.notes);
     let notes: Vec<String> = file.notes.iter().chain(of_first).cloned().collect();
     let sentence = worth.map_or("", |worth| &worth.sentence);

@@ -1,4 +1,4 @@
-//! `rist columns`: which column of a log is which signal, as lines for the file of options.
+//! `rist columns`: the signals of a log's columns, as lines for the file of options.
 
 use std::path::PathBuf;
 

@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let robot = match format {
         DescriptionFormat::Par | DescriptionFormat::Yaml => model.read()?,
-        // The conventions are in numbers: a symbol needs its value.
+        // A URDF contains numbers only: a symbol needs its value.
         DescriptionFormat::Urdf => model.read_with_values()?,
     };
     let converted = rist::convert(&robot, format)?;

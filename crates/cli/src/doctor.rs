@@ -1,4 +1,4 @@
-//! `rist doctor`: what a log and a description have to do with each other, before anything is fitted.
+//! `rist doctor`: checks whether a log belongs to a description, before anything is fitted.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use clap::Args;
 use rist::fit::doctor::claims_of_log;
 use rist::fit::verdict::claim_line;
 use rist::request::DoctorRequest;
-use rist::{Finding, Passport};
+use rist::{Finding, LogCheck};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -32,9 +32,9 @@ pub(crate) struct Arguments {
     request: Flags<DoctorRequest>,
 }
 
-/// The passport of a log as JSON; numbers that the log does not tell are null.
-fn as_json(log: &str, passport: &Passport) -> Value {
-    let joints = passport.joints.iter().map(|j| {
+/// The check of a log as JSON; numbers that the log does not determine are null.
+fn as_json(log: &str, log_check: &LogCheck) -> Value {
+    let joints = log_check.joints.iter().map(|j| {
         json!({
             "coordinate": j.coordinate,
             "slope": j.slope,
@@ -46,8 +46,8 @@ fn as_json(log: &str, passport: &Passport) -> Value {
     json!({
         "log": log,
         "joints": joints.collect::<Vec<_>>(),
-        "findings": findings(&passport.findings),
-        "claims": claims_of_log(passport, &[]),
+        "findings": findings(&log_check.findings),
+        "claims": claims_of_log(log_check, &[]),
     })
 }
 
@@ -68,21 +68,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let (log, columns) = model.open_log(path, &options.columns)?;
         let report = log.report().to_string();
         at_work(format_args!("examining {}", path.display()));
-        let passport = rist::examine(&model, &[log], &options)?;
-        wrong += passport.findings.len();
-        // A String never fails to grow.
-        let _ = writeln!(text, "{}\n{columns}{report}\n{passport}", path.display());
-        for finding in &passport.findings {
+        let log_check = rist::examine(&model, &[log], &options)?;
+        wrong += log_check.findings.len();
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}\n{columns}{report}\n{log_check}", path.display());
+        for finding in &log_check.findings {
             let _ = writeln!(text, "{finding}");
         }
-        let claims = claims_of_log(&passport, &[]);
+        let claims = claims_of_log(&log_check, &[]);
         for claim in claims.iter().filter(|claim| !claim.is_contradicted()) {
             let _ = writeln!(text, "{}", claim_line(claim));
         }
-        if passport.findings.is_empty() {
+        if log_check.findings.is_empty() {
             let _ = writeln!(text, "nothing is contradicted");
         }
-        logs.push(as_json(&path.display().to_string(), &passport));
+        logs.push(as_json(&path.display().to_string(), &log_check));
     }
     print_result(text, || Ok(json!({"logs": logs})))?;
     match wrong {

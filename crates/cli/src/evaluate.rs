@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let given = &arguments.model;
     let mut model = match quantity {
         StateQuantity::BaseRegressor => given.derive()?,
-        // They need no base parameters.
+        // The other quantities need no base parameters.
         _ => Model::at_any_rank(given.read_with_values()?, &given.model, given.options()?.any_size)?,
     };
     print(&rist::evaluate(&mut model, &arguments.states, quantity)?)

@@ -1,4 +1,4 @@
-//! `rist example`: a robot and two logs of it, to try the program with.
+//! `rist example`: a robot and two logs of it, to try the program.
 
 use std::path::PathBuf;
 

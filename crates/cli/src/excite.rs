@@ -1,10 +1,10 @@
-//! `rist excite`: a model -> one motion that makes its parameters visible, within proved limits.
+//! `rist excite`: a model -> one motion that makes its parameters identifiable, within proved limits.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::request::ExciteRequest;
-use rist::{ExcitingMotion, Player};
+use rist::{ExcitingMotion, PlayFormat};
 
 use crate::artefact::{check_outputs, write_file};
 use crate::failure::Failure;
@@ -58,21 +58,21 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
-    // Before the search: nobody wants to lose one to a name.
-    let players: Vec<Player> =
-        arguments.play.iter().map(|file| Player::of_file(file, &model)).collect::<Result<_, _>>()?;
+    // Names are checked before the search, which may take minutes.
+    let players: Vec<PlayFormat> =
+        arguments.play.iter().map(|file| PlayFormat::of_file(file, &model)).collect::<Result<_, _>>()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
     check_outputs(arguments.play.iter().chain(&arguments.out).chain(&arguments.report), &inputs)?;
     let request = arguments.request.read()?;
-    let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
-    let found = interruptible(|| rist::excite(&model, &request, &told))??;
+    let report_progress = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
+    let found = interruptible(|| rist::excite(&model, &request, &report_progress))??;
     let text = found.text(&|name| is_prismatic(&model, name));
     print_result(format_args!("{}{text}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(format_args!(
             "no motion was found whose limits are proven to be kept; the best one: {}; nothing is written (--unproven writes \
              it anyway, and its file says so)",
-            found.ledger().faults().join("; ")
+            found.claims().faults().join("; ")
         )));
     }
     for (file, player) in arguments.play.iter().zip(players) {

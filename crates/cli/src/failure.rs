@@ -1,10 +1,10 @@
-//! The end of a command that does not succeed.
+//! Failures of a command: a message and an exit code.
 
 use std::fmt;
 use std::path::Path;
 
 use rist::Place;
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 
 /// The exit code for input that cannot be used.
 pub(crate) const UNUSABLE: u8 = 2;
@@ -21,18 +21,18 @@ impl Failure {
         Failure { message: message.to_string(), code: UNUSABLE, place: None }
     }
 
-    /// A failure whose work is done and printed: the outcome is a no.
+    /// A failure after complete work, whose result is printed: the answer is no.
     pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
-    /// What the user is told, with the line that it is about.
+    /// The message for the user, with the line of the file that it is about.
     pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
-        format!("rist: {}\n{line}", spelled(&self.message, Reader::Program))
+        format!("rist: {}\n{line}", spelled(&self.message, Audience::Program))
     }
 
-    /// How the program exits.
+    /// The exit code of the program.
     pub(crate) fn exit_code(&self) -> u8 {
         self.code
     }
@@ -44,7 +44,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Errors of `rist`, and those of other packages that it takes for its own.
+/// Errors of `rist`, and errors of other packages that it converts.
 impl<E: Into<rist::Error>> From<E> for Failure {
     fn from(e: E) -> Failure {
         let e: rist::Error = e.into();
@@ -53,13 +53,13 @@ impl<E: Into<rist::Error>> From<E> for Failure {
     }
 }
 
-/// Bytes of a file in which its line is looked for.
+/// Largest part of a file in which a line is searched, bytes.
 const SEARCHED_BYTES: usize = 1 << 20;
-/// Characters of the line that are shown.
+/// Number of characters of the line that are shown.
 const SHOWN_CHARACTERS: usize = 100;
 
-/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown, as that
-/// of a pipe, which was read and is gone.
+/// The line of a text, and a mark below the column if it is known; `None` where the line cannot be shown, for example of a
+/// pipe, which cannot be read twice.
 fn excerpt(place: &Place) -> Option<String> {
     let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
     let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
@@ -69,7 +69,7 @@ fn excerpt(place: &Place) -> Option<String> {
 fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
-    // The column in sight, with what stands before it.
+    // A part of the line that contains the column and the characters before it.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
     let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();

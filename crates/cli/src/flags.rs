@@ -1,4 +1,4 @@
-//! The flags of a request, made from the table of its fields: their help, their values, and the request they ask for.
+//! The flags of a request, generated from the table of its fields: their help, their values, and the request itself.
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -7,28 +7,28 @@ use std::path::Path;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 use rist::request::{Field, Flag, Request, number};
 use serde_json::Value;
 
 use crate::failure::Failure;
 
 /// The flags that were given, as texts.
-pub(crate) struct Given(Vec<(Field, Vec<String>)>);
+pub(crate) struct FlagValues(Vec<(Field, Vec<String>)>);
 
-impl Given {
-    /// Those of `fields` that stand in the command line.
-    pub(crate) fn of(fields: Vec<Field>, matches: &ArgMatches) -> Given {
+impl FlagValues {
+    /// The flags of `fields` that the command line contains.
+    pub(crate) fn of(fields: Vec<Field>, matches: &ArgMatches) -> FlagValues {
         let is_given = |field: &Field| matches.value_source(field.name) == Some(ValueSource::CommandLine);
         let texts = |field: &Field| match field.shape.flag {
             Flag::Switch => Vec::new(),
             _ => matches.get_many::<String>(field.name).into_iter().flatten().cloned().collect(),
         };
         let fields = fields.into_iter().filter(is_given);
-        Given(fields.map(|field| (field.clone(), texts(&field))).collect())
+        FlagValues(fields.map(|field| (field.clone(), texts(&field))).collect())
     }
 
-    /// The request that its own flags ask for, with the files that it names read.
+    /// The request by its own flags; files that it names are read.
     pub(crate) fn read<R: Request>(&self) -> Result<R, Failure> {
         let (mut request, own) = (R::default(), R::fields());
         for (field, texts) in self.0.iter().filter(|(field, _)| own.iter().any(|own| own.name == field.name)) {
@@ -37,18 +37,18 @@ impl Given {
         Ok(request)
     }
 
-    /// Their names.
+    /// The names of the flags.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> {
         self.0.iter().map(|(field, _)| field.name)
     }
 
-    /// The file that a flag names; empty where it is not given.
+    /// The file of a flag; empty where it is not given.
     pub(crate) fn file(&self, name: &str) -> &Path {
         let given = self.0.iter().find(|(field, _)| field.name == name);
         given.and_then(|(_, texts)| texts.last()).map_or(Path::new(""), Path::new)
     }
 
-    /// The files whose content is a part of the request.
+    /// The files whose content is part of the request.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         let files = self.0.iter().filter(|(field, _)| field.shape.is_file);
         files.flat_map(|(_, texts)| texts.iter().map(Path::new))
@@ -56,19 +56,19 @@ impl Given {
 }
 
 /// The flags of one request that were given.
-pub(crate) struct Flags<R>(Given, PhantomData<R>);
+pub(crate) struct Flags<R>(FlagValues, PhantomData<R>);
 
 impl<R: Request> Flags<R> {
-    /// The request, with the files that it names read.
+    /// The request; files that it names are read.
     pub(crate) fn read(&self) -> Result<R, Failure> {
         self.0.read()
     }
 }
 
 impl<R> Deref for Flags<R> {
-    type Target = Given;
+    type Target = FlagValues;
 
-    fn deref(&self) -> &Given {
+    fn deref(&self) -> &FlagValues {
         &self.0
     }
 }
@@ -85,7 +85,7 @@ impl<R: Request> Args for Flags<R> {
 
 impl<R: Request> FromArgMatches for Flags<R> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Flags<R>, clap::Error> {
-        Ok(Flags(Given::of(R::fields(), matches), PhantomData))
+        Ok(Flags(FlagValues::of(R::fields(), matches), PhantomData))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -97,14 +97,14 @@ impl<R: Request> FromArgMatches for Flags<R> {
 /// The flag of a field.
 pub(crate) fn flag(field: &Field) -> Arg {
     let name = if field.value_name.is_empty() { field.name.to_uppercase() } else { field.value_name.into() };
-    let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Reader::Program));
+    let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Audience::Program));
     if let Some(letter) = field.short {
         flag = flag.short(letter);
     }
     if !field.heading.is_empty() {
         flag = flag.help_heading(field.heading);
     }
-    // What follows the flag: nothing, a text, a number, a list, or one text each time it is given.
+    // After the flag: nothing, a text, a number, a list, or one text each time it is given.
     flag = match field.shape.flag {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,
@@ -113,7 +113,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
         Flag::List => flag.action(ArgAction::Append).value_delimiter(','),
         Flag::Repeated => flag.action(ArgAction::Append),
     };
-    // Words and numbers show their default; other defaults are told in the help.
+    // Words and numbers show their default; other defaults are part of the help text.
     flag = match &field.default {
         Value::Number(x) => flag.default_value(number(x.as_f64().unwrap_or(f64::NAN))),
         Value::String(word) if !field.shape.words.is_empty() => flag.default_value(word.clone()),

@@ -1,4 +1,4 @@
-//! `rist generate`: a robot's functions as source for a project of the user's own.
+//! `rist generate`: functions of a robot as source code for a project of the user.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
-    // With an estimate, its numbers become constants, and the model is the one that it was made with.
+    // The numbers of an estimate become constants; the model is read with the options of the estimate.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
         None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),
@@ -39,8 +39,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
-            // Whoever has the source alone reads it in its head, as a comment of the shell.
-            if let Some(said) = estimate.seal.note(file.display()) {
+            // The note also goes into the head of the source, as a comment of the command line.
+            if let Some(said) = estimate.checksum.note(file.display()) {
                 note(format_args!("{said}"));
                 made_by += &format!(" # {said}");
             }
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let language = match (request.language, &arguments.out) {
         (SourceLanguage::Rust, _) => Language::Rust,
         (SourceLanguage::C, Some(out)) => {
-            let header = beside(out, "h");
+            let header = with_extension(out, "h");
             Language::C { header: header.file_name().unwrap_or_default().to_string_lossy().into_owned() }
         }
         (SourceLanguage::C, None) => {
@@ -66,12 +66,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }
-    // Without a file, the source alone is printed.
+    // Without a file, only the source is printed.
     let Some(out) = &arguments.out else { return print(&source.text) };
     match &source.header {
         Some(header) => {
-            write_file(&beside(out, "h"), header)?;
-            write_file(&beside(out, "c"), &source.text)?;
+            write_file(&with_extension(out, "h"), header)?;
+            write_file(&with_extension(out, "c"), &source.text)?;
         }
         None => write_file(out, &source.text)?,
     }
@@ -81,8 +81,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// FILE.c or FILE.h of FILE, FILE.c and FILE.h. What else follows a point belongs to the name.
-fn beside(out: &Path, extension: &str) -> PathBuf {
+/// FILE.c or FILE.h for FILE, FILE.c and FILE.h. Other extensions are part of the name.
+fn with_extension(out: &Path, extension: &str) -> PathBuf {
     if out.extension().is_some_and(|found| found == "c" || found == "h") {
         return out.with_extension(extension);
     }
@@ -101,7 +101,7 @@ mod tests {
         for (out, expected) in
             [("arm", "arm"), ("arm.c", "arm"), ("a/arm.h", "a/arm"), ("arm.v2", "arm.v2"), ("a.d/arm", "a.d/arm")]
         {
-            let found = ["c", "h"].map(|extension| beside(Path::new(out), extension));
+            let found = ["c", "h"].map(|extension| with_extension(Path::new(out), extension));
             assert_eq!(found, ["c", "h"].map(|extension| PathBuf::from(format!("{expected}.{extension}"))));
         }
     }

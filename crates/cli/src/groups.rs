@@ -1,45 +1,45 @@
-//! The commands in the order of use, by what they are for: the flags that most people need, and an example each.
+//! The commands in the order of use, by purpose: the most frequent flags, and an example each.
 //!
-//! They stand in `groups.txt`: a group behind `#`; a command, with the flags that `--help` shows (`all`, `own`: not how a
-//! description is read, or these); command lines, each with what it is for below it.
+//! The format of `groups.txt`: a group after `#`; a command, with the flags that `--help` shows (`all`; `own`: without the
+//! options of the description; or a list); command lines, each with its purpose below it.
 
 /// A step of the work, with its commands in the order of use.
-pub(crate) struct Group {
+pub(crate) struct CommandGroup {
     pub title: &'static str,
     pub commands: Vec<CommandHelp>,
 }
 
-/// What help says of a command.
+/// The help of a command.
 pub(crate) struct CommandHelp {
     pub name: &'static str,
     /// The flags that `--help` shows.
-    pub shown: Shown,
-    /// Command lines, with what they are for.
+    pub shown: ShownFlags,
+    /// Command lines with their purposes.
     pub examples: Vec<(&'static str, &'static str)>,
 }
 
 /// The flags that `--help` shows; `--help-all` shows all.
-pub(crate) enum Shown {
-    /// All of them.
+pub(crate) enum ShownFlags {
+    /// All flags.
     All,
-    /// Its own, not how a description is read.
+    /// All flags except the options of the description.
     Own,
-    /// These.
+    /// These flags.
     Only(Vec<&'static str>),
 }
 
 /// The groups of `groups.txt`.
-pub(crate) fn groups() -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
+pub(crate) fn groups() -> Vec<CommandGroup> {
+    let mut groups: Vec<CommandGroup> = Vec::new();
     for line in include_str!("groups.txt").lines().filter(|line| !line.is_empty()) {
         let commands = groups.last_mut().map(|group| &mut group.commands);
         match (line.strip_prefix("# "), line.split_once(": "), commands) {
-            (Some(title), ..) => groups.push(Group { title, commands: Vec::new() }),
+            (Some(title), ..) => groups.push(CommandGroup { title, commands: Vec::new() }),
             (None, Some((name, shown)), Some(commands)) if !line.starts_with(' ') => {
                 let shown = match shown {
-                    "all" => Shown::All,
-                    "own" => Shown::Own,
-                    flags => Shown::Only(flags.split(' ').collect()),
+                    "all" => ShownFlags::All,
+                    "own" => ShownFlags::Own,
+                    flags => ShownFlags::Only(flags.split(' ').collect()),
                 };
                 commands.push(CommandHelp { name, shown, examples: Vec::new() });
             }

@@ -1,30 +1,29 @@
-//! The help of the program: commands in the order of use, the flags that most people need, an example each.
+//! The help of the program: commands in the order of use, the most frequent flags, an example each.
 //!
-//! `--help` (and `-h`) has at most 60 lines: what a command is for, the flags of [`groups`], an example. `--help-all` has
-//! every flag with all that is said of it. The flags that commands share, how a description is read and how the program
-//! speaks, come last in both.
+//! `--help` (and `-h`) has at most 60 lines: the purpose of a command, the flags of [`groups`], an example. `--help-all` has
+//! every flag with its full text. The shared flags, options of the description and of the terminal, come last in both.
 
 use clap::{Arg, ArgAction, Command};
 use rist::ModelOptions;
 use rist::request::Request;
 
-use crate::groups::Shown::{All, Only, Own};
-use crate::groups::{CommandHelp, Group, groups};
+use crate::groups::ShownFlags::{All, Only, Own};
+use crate::groups::{CommandGroup, CommandHelp, groups};
 use crate::terminal::folded;
 
-/// The first three commands of somebody who has a description and a log.
+/// Three commands for a new user with a description and a log.
 const FIRST_STEPS: [(&str, &str); 3] = [
     ("rist doctor robot.urdf log.csv", "do robot and log belong together?"),
     ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
     ("rist excite robot.urdf --out motion.yaml --play motion.csv", "no log yet: a motion to record one"),
 ];
 
-/// Columns of the help.
+/// Largest width of the help, characters.
 pub(crate) const COLUMNS: usize = 100;
 const SHARED_HEADING: &str = "How the description is read";
 const TERMINAL_HEADING: &str = "Terminal";
 
-/// The program with its help: commands by groups, flags in their order.
+/// The program with its help: commands by groups, flags in the defined order.
 pub(crate) fn arranged(program: Command) -> Command {
     let groups = groups_of(&program);
     let list = list(&program, &groups);
@@ -37,16 +36,16 @@ pub(crate) fn arranged(program: Command) -> Command {
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 
-/// The groups with the commands that this program has: it may lack wings.
-fn groups_of(program: &Command) -> Vec<Group> {
+/// The groups with the commands of this program, which may lack wings.
+fn groups_of(program: &Command) -> Vec<CommandGroup> {
     let mut groups = groups();
     groups.iter_mut().for_each(|group| group.commands.retain(|help| program.find_subcommand(help.name).is_some()));
     groups.retain(|group| !group.commands.is_empty());
     groups
 }
 
-/// All commands by groups, and what to begin with.
-fn list(program: &Command, groups: &[Group]) -> String {
+/// All commands by groups, and the first steps.
+fn list(program: &Command, groups: &[CommandGroup]) -> String {
     let styles = program.get_styles();
     let (header, literal) = (styles.get_header(), styles.get_literal());
     let width = groups.iter().flat_map(|group| &group.commands).map(|help| help.name.len()).max().unwrap_or(0);
@@ -64,12 +63,12 @@ fn list(program: &Command, groups: &[Group]) -> String {
     text + "\nrist COMMAND --help has the flags that most people need, and examples; --help-all every flag.\n"
 }
 
-/// Command lines, each with what it is for below it.
+/// Command lines, each with its purpose below it.
 fn examples(of: &[(&str, &str)]) -> String {
     of.iter().map(|(line, what)| format!("  {line}\n      {what}\n")).collect()
 }
 
-/// A command with its flags in their order: its own, those of the description, those of the terminal.
+/// A command with its flags in this order: its own flags, options of the description, options of the terminal.
 fn of(help: &CommandHelp, command: Command) -> Command {
     let shared: Vec<&str> = ModelOptions::fields().iter().map(|field| field.name).collect();
     let is_shared = |arg: &Arg| shared.contains(&arg.get_id().as_str());
@@ -87,14 +86,15 @@ fn of(help: &CommandHelp, command: Command) -> Command {
     let args: Vec<Arg> = args.collect();
     let hidden = args.iter().filter(|arg| arg.is_hide_short_help_set()).count();
     let flag = |id, long, action, text: String| {
-        Arg::new(id).long(long).action(action).help(text).help_heading(TERMINAL_HEADING).display_order(LAST)
+        let flag = Arg::new(id).long(long).action(action).help(text);
+        flag.help_heading(TERMINAL_HEADING).display_order(LAST_DISPLAY_ORDER)
     };
     let all = match hidden {
         0 => "Print all that can be said of every flag".to_string(),
         1 => "Print every flag, 1 more than here".to_string(),
         more => format!("Print every flag, {more} more than here"),
     };
-    // A new command of the same parts: clap keeps the order in which arguments were added.
+    // The command is built again from its parts, because clap keeps the order in which arguments were added.
     let mut arranged = Command::new(help.name).args(args).groups(command.get_groups().cloned());
     if let Some(about) = command.get_about() {
         arranged = arranged.about(about.clone());
@@ -110,8 +110,8 @@ fn of(help: &CommandHelp, command: Command) -> Command {
         .after_help(format!("{heading}\n{}", examples(&help.examples).trim_end()))
 }
 
-/// Behind the other flags of the terminal.
-const LAST: usize = 1000;
+/// Display order after the other flags of the terminal.
+const LAST_DISPLAY_ORDER: usize = 1000;
 
 #[cfg(test)]
 mod tests {
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// At this width whatever the terminal of the test.
+    /// The program with a fixed width, independent of the terminal of the test.
     fn program() -> Command {
         arranged(crate::Arguments::command()).term_width(COLUMNS)
     }
@@ -137,7 +137,7 @@ mod tests {
         groups().into_iter().flat_map(|group| group.commands)
     }
 
-    /// What the program prints for this command line, which asks for help.
+    /// The help that the program prints for this command line.
     fn help(line: &[&str]) -> String {
         let asked = program().try_get_matches_from(line).expect_err("help is no command");
         assert_eq!(asked.kind(), ErrorKind::DisplayHelp, "{asked}");
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn help_fits_a_screen_and_a_half() {
         let lines = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
-        let all = helps().map(|told| (told.name, help(&["rist", told.name, "--help"])));
+        let all = helps().map(|entry| (entry.name, help(&["rist", entry.name, "--help"])));
         for (name, text) in all.chain([("rist", help(&["rist", "--help"]))]) {
             let lines = lines(&text);
             assert!(lines.len() <= 60, "rist {name} --help: {} lines\n{text}", lines.len());
@@ -171,36 +171,36 @@ mod tests {
     #[test]
     fn all_help_has_every_flag_in_a_hundred_columns() {
         let program = crate::Arguments::command();
-        for told in helps() {
-            let text = help(&["rist", told.name, "--help-all"]);
-            let command = program.find_subcommand(told.name).expect("it is in one group");
+        for entry in helps() {
+            let text = help(&["rist", entry.name, "--help-all"]);
+            let command = program.find_subcommand(entry.name).expect("it is in one group");
             for flag in command.get_arguments().filter_map(|arg| arg.get_long()) {
                 let flag = format!("--{flag}");
                 let is_there = text.lines().any(|line| line.split_whitespace().take(2).any(|word| word == flag));
-                assert!(is_there, "rist {} --help-all has no {flag}\n{text}", told.name);
+                assert!(is_there, "rist {} --help-all has no {flag}\n{text}", entry.name);
             }
             for line in text.lines() {
-                assert!(line.chars().count() <= COLUMNS, "rist {} --help-all: {line}", told.name);
+                assert!(line.chars().count() <= COLUMNS, "rist {} --help-all: {line}", entry.name);
             }
-            if let Only(names) = &told.shown {
+            if let Only(names) = &entry.shown {
                 let known = |name: &&str| command.get_arguments().any(|arg| arg.get_id() == name);
                 let unknown: Vec<_> = names.iter().filter(|name| !known(name)).collect();
-                assert!(unknown.is_empty(), "rist {} has no {unknown:?}", told.name);
+                assert!(unknown.is_empty(), "rist {} has no {unknown:?}", entry.name);
             }
         }
     }
 
     #[test]
     fn shared_flags_come_last() {
-        for told in helps() {
-            let text = help(&["rist", told.name, "--help-all"]);
+        for entry in helps() {
+            let text = help(&["rist", entry.name, "--help-all"]);
             let headings: Vec<&str> =
                 text.lines().filter(|line| line.ends_with(':') && !line.starts_with(' ')).collect();
             let place = |heading: &str| headings.iter().position(|line| line.trim_end_matches(':') == heading);
             let terminal = place(TERMINAL_HEADING).expect("every command has it");
             assert!(headings[terminal + 1..].iter().all(|line| line.starts_with("Example")), "{headings:?}");
             if let Some(shared) = place(SHARED_HEADING) {
-                assert_eq!(shared + 1, terminal, "rist {}: {headings:?}", told.name);
+                assert_eq!(shared + 1, terminal, "rist {}: {headings:?}", entry.name);
             }
         }
     }
@@ -211,14 +211,14 @@ mod tests {
             let words = line.split_whitespace().take_while(|word| *word != ">");
             program().try_get_matches_from(words).unwrap_or_else(|e| panic!("{line}\n{e}"))
         };
-        for told in helps() {
+        for entry in helps() {
             let mut is_there = false;
-            for &(line, what) in &told.examples {
+            for &(line, what) in &entry.examples {
                 let command = parsed(line).subcommand_name().map(str::to_string);
-                is_there |= command.as_deref() == Some(told.name);
+                is_there |= command.as_deref() == Some(entry.name);
                 assert!(!what.is_empty() && line.len() <= COLUMNS - 2, "{line}");
             }
-            assert!(is_there, "rist {} has no example of its own", told.name);
+            assert!(is_there, "rist {} has no example of its own", entry.name);
         }
         for (line, _) in FIRST_STEPS {
             parsed(line);

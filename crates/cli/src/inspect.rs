@@ -1,4 +1,4 @@
-//! `rist inspect`: the base parameters, their rules, the counts and the evidence.
+//! `rist inspect`: the base parameters, their rules, counts of operations and the evidence of the rank.
 
 use std::io::IsTerminal;
 
@@ -10,10 +10,10 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, is_json, print};
 
-/// Columns of a text that goes into no terminal.
+/// Width of a text for a pipe or a file, characters.
 const PIPE_COLUMNS: usize = 80;
-/// .. and at most: longer lines are hard to read.
-const WIDEST_COLUMNS: usize = 120;
+/// Largest width of a text, characters: longer lines are hard to read.
+const LARGEST_WIDTH: usize = 120;
 
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
 ///
@@ -42,9 +42,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// Columns of the terminal that standard output goes to.
+/// Width of the terminal of standard output, characters.
 fn width() -> usize {
     let out = std::io::stdout();
     let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
-    found.map_or(PIPE_COLUMNS, |(width, _)| usize::from(width.0).clamp(PIPE_COLUMNS / 2, WIDEST_COLUMNS))
+    found.map_or(PIPE_COLUMNS, |(width, _)| usize::from(width.0).clamp(PIPE_COLUMNS / 2, LARGEST_WIDTH))
 }

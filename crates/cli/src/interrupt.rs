@@ -1,5 +1,5 @@
-//! What ends the program: Ctrl-C while a search is on ends it with the best that it has, and pressed again the program. A file that
-//! is being written is written whole before the program ends.
+//! Interruptions: Ctrl-C during a search ends the search with its best result; a second Ctrl-C ends the program. A file that is
+//! being written is completed before the program ends.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -11,48 +11,48 @@ use signal_hook::low_level::emulate_default_handler;
 
 use crate::failure::Failure;
 
-/// What a shell says of a program that Ctrl-C ended, and of one that was told to end.
+/// Exit codes of the shell's convention for SIGINT and SIGTERM.
 const INTERRUPTED: i32 = 130;
 const TERMINATED: i32 = 143;
 
-/// Does work that the first Ctrl-C ends early.
+/// Runs work that the first Ctrl-C ends early.
 pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
-    // The handler of the second comes first, and sees whether there was one before.
+    // The handler of the second Ctrl-C is registered first, so that it sees whether there was one before.
     register_conditional_shutdown(SIGINT, INTERRUPTED, flag.clone())
         .and_then(|_| register(SIGINT, flag.clone()))
         .map_err(|e| Failure::new(format_args!("Ctrl-C cannot be waited for: {e}")))?;
     let outcome = interruption.during(work);
-    // Behind the search, what is undivided decides when the program ends.
+    // After the search, `undivided` decides when a signal ends the program.
     flag.store(false, Ordering::Relaxed);
     Ok(outcome)
 }
 
-/// Whether the program may end at once, and the signal that came while it might not.
+/// Whether a signal may end the program at once, and the signal that came while it might not.
 struct Ending {
     at_once: Arc<AtomicBool>,
     asked: Arc<AtomicUsize>,
 }
 
-/// Heeds signals from the first undivided work on; before that they end the program as they do any other.
+/// Handles signals from the first undivided work on; before that, signals have their default effect.
 static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     let (at_once, asked) = (Arc::new(AtomicBool::new(true)), Arc::new(AtomicUsize::new(0)));
     for (signal, code) in [(SIGINT, INTERRUPTED), (SIGTERM, TERMINATED)] {
-        // Where a signal cannot be waited for, it ends the program as before.
+        // Where a handler cannot be registered, the signal keeps its default effect.
         let _ = register_conditional_shutdown(signal, code, at_once.clone())
             .and_then(|_| register_usize(signal, asked.clone(), signal as usize));
     }
     Ending { at_once, asked }
 });
 
-/// Does work that Ctrl-C and SIGTERM do not cut in two: the program ends behind it.
+/// Runs work that Ctrl-C and SIGTERM do not interrupt: the program ends after it.
 pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     ENDING.at_once.store(false, Ordering::SeqCst);
     let outcome = work();
     ENDING.at_once.store(true, Ordering::SeqCst);
     if let Ok(signal @ 1..) = i32::try_from(ENDING.asked.load(Ordering::SeqCst)) {
-        // It does not come back.
+        // This call does not return.
         let _ = emulate_default_handler(signal);
     }
     outcome

@@ -1,7 +1,7 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 //!
-//! It is a library, so that the package for Python brings the same program along: `bin/rist.rs` and the command `rist` of
-//! that package call [`run_program`].
+//! It is a library, so that the Python package contains the same program: `bin/rist.rs` and the command `rist` of that package
+//! call [`run_program`].
 
 #![warn(missing_docs)]
 
@@ -103,7 +103,7 @@ enum Command {
 }
 
 impl Command {
-    /// What a command makes that JSON has no part in; `None` where it has a result.
+    /// The output of a command without a JSON result; `None` for other commands.
     fn other_than_json(&self) -> Option<&'static str> {
         match self {
             Command::Convert(_) => Some("convert writes a description, or CSV"),
@@ -121,11 +121,11 @@ impl Command {
     }
 }
 
-/// Bytes up to which glibc lets a freed piece decide what stays with the process: 32 MiB, less the piece's own head.
+/// Largest freed block that raises glibc's mmap threshold, bytes: 32 MiB, minus the header of the block.
 const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
-/// Keeps memory that is freed for the next who asks: glibc's threshold follows the largest piece that was ever freed
-/// (mallopt(3), `M_MMAP_THRESHOLD`), and of a long log sixty thousand pages need not be cleared again.
+/// Keeps freed memory for reuse: glibc's threshold follows the largest block that was freed (mallopt(3),
+/// `M_MMAP_THRESHOLD`). For a long log this avoids clearing sixty thousand pages again.
 fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
@@ -135,8 +135,8 @@ fn program() -> clap::Command {
     help::arranged(Arguments::command())
 }
 
-/// Runs the program with the words of a command line, of which the first is its own name. Returns its exit code: 0, 1 for a
-/// verdict against what was given, 2 for what cannot be used. Once in a process: how it speaks is set for good.
+/// Runs the program with the words of a command line; the first word is its own name. Returns the exit code: 0, 1 for a verdict
+/// against the input, 2 for unusable input. Only once per process, because the settings of the terminal are permanent.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
     wings::register();
@@ -148,17 +148,17 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
             UNUSABLE
         }
         Err(e) => {
-            // Help and version too. Where nobody reads, nobody has to be told.
+            // Prints help and version too. An error of printing cannot be reported.
             let _ = e.print();
             if e.use_stderr() { UNUSABLE } else { 0 }
         }
     };
-    // Within Python nobody else does it.
+    // In the Python package nothing else flushes it.
     let _ = io::stdout().flush();
     code
 }
 
-/// Runs a command and says how it ended.
+/// Runs a command; returns its exit code.
 fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -> u8 {
     report::set_command(words);
     terminal::set(terminal);
@@ -176,6 +176,7 @@ fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -
     }
 }
 
+/// Runs a command. A command of a wing is missing where the wing is not built in.
 fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Inspect(arguments) => inspect::run(&arguments),

@@ -1,4 +1,4 @@
-//! `rist lint`: looks for classic mistakes in a description.
+//! `rist lint`: looks for frequent mistakes in a description.
 
 use std::path::Path;
 

@@ -41,20 +41,21 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
-    // The search takes seconds: what it cannot be written to is found before.
+    // The output is checked before the search, which takes seconds.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
-    // A choice of minutes is told before it begins.
-    if let Some(long) = rist::motion::planning::outlook(&model, &request)? {
+    // A forecast is printed before a choice that takes minutes.
+    if let Some(long) = rist::motion::planning::cost_forecast(&model, &request)? {
         terminal::note(long);
     }
-    let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
+    let report_progress =
+        |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::motion::planning::Planned { plan, notes, checked } =
-        interruptible(|| rist::plan(&model, &request, &told))??;
-    // The experiment that goes lowest: in all else their last lines are the same.
+        interruptible(|| rist::plan(&model, &request, &report_progress))??;
+    // The experiment with the lowest point: the last lines of all experiments are otherwise equal.
     let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
     let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));
-    let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.ledger()));
+    let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.claims()));
     print_result(format_args!("{}{plan}{last}", terminal::notes(&notes)), || {
         let of = |(name, checked): &(String, Checked)| Ok::<_, serde_json::Error>((name.clone(), value(checked)?));
         let experiments = checked.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;

@@ -1,4 +1,4 @@
-//! `rist play`: a motion -> the file of a controller, from where the robot stands and back.
+//! `rist play`: a motion -> the file of a controller, from the robot's pose and back.
 
 use std::path::{Path, PathBuf};
 
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let staged = rist::staged_play(&model, file, &motion, &arguments.request.read()?)?;
     let mut text = terminal::notes(&staged.notes);
     for (part, checked) in &staged.parts {
-        text += &format!("{part}: {}\n", checked.ledger());
+        text += &format!("{part}: {}\n", checked.claims());
     }
     print_result(text, || {
         let of =
@@ -57,6 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let parts = staged.parts.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
         Ok(json!({"notes": staged.notes, "parts": parts}))
     })?;
+    // The result is printed first; a file is written only where all parts are proved.
     let faults: Vec<String> = staged
         .parts
         .iter()

@@ -1,17 +1,17 @@
-//! `rist report`: artefacts, and logs where an estimate was made from some -> one page and its pictures.
+//! `rist report`: artefacts, and the logs of an estimate -> one page and its pictures.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use clap::Args;
-use rist::fit::validation::Portrait;
+use rist::fit::validation::PlotData;
 use rist::fit::verdict::Verdict;
 use rist::motion::exciting::ExcitingMotion;
-use rist::motion::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
+use rist::motion::motion_plot_data::{MotionPlotData, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
 use rist::request::ReportFiles;
-use rist::request::spelling::Reader;
+use rist::request::spelling::Audience;
 use rist::{Estimate, ExperimentPlan, LogSource, Model, ModelOptions, Validation};
 
 use crate::artefact::{make_directory, read_text, write_file};
@@ -25,7 +25,7 @@ use rist::output::check_output;
 /// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
 /// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
 /// more, and its torques and the path of its tip are drawn. So is a plan with its model. Without one, what a file says of
-/// itself is told as that.
+/// itself is reported as such.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
     check_parts(&files)?;
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
-    // What the page must not overwrite.
+    // The page must not overwrite these files.
     let of_user = shown.into_iter().chain([&files.model, &files.against]);
     let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
@@ -52,14 +52,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
-    // An estimate of samples is drawn over its logs; one of experiments has its verdict only.
+    // An estimate of samples is drawn with its logs; an estimate of experiments only has its verdict.
     let drawn = match (&model, &estimate) {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
             let predicted = validation.as_ref().map(|validation| validation.total);
-            Drawn { verdict: Some(rist::fit::verdict::predicted_verdict(estimate, predicted)), portrait: None }
+            Drawn { verdict: Some(rist::fit::verdict::predicted_verdict(estimate, predicted)), plot_data: None }
         }
-        _ => Drawn { verdict: None, portrait: None },
+        _ => Drawn { verdict: None, plot_data: None },
     };
     let motion = match &files.motion {
         Some(path) => Some(read_motion(path, model.as_ref())?),
@@ -77,14 +77,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         model: model.as_ref(),
         plan: plan.as_ref(),
         plan_proof: plan_proof.as_ref(),
-        motion: motion.as_ref().map(|(artefact, portrait)| ShownMotion { artefact, portrait }),
+        motion: motion.as_ref().map(|(artefact, plot_data)| ShownMotion { artefact, plot_data }),
         estimate: estimate.as_ref(),
         against: against.as_ref().map(|(name, other)| (name.as_str(), other)),
-        portrait: drawn.portrait.as_ref(),
+        plot_data: drawn.plot_data.as_ref(),
         validation: validation.as_ref(),
         verdict: drawn.verdict.as_ref(),
         origin: origin(files.date.as_deref(), &command),
-        reader: Reader::Program,
+        reader: Audience::Program,
     });
     inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
     if let Some(directory) = &files.svg {
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(write_file(&arguments.out, &page)?)
 }
 
-/// Refuses a page of nothing, and parts that need others.
+/// Refuses an empty page, and parts that need other parts.
 fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
     if shown.iter().all(|file| file.is_none()) {
@@ -113,7 +113,7 @@ fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The other estimate with the name of its file; refused where its parameters mean something else.
+/// The other estimate with the name of its file. Fails where its parameters have other meanings.
 fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
     let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
         return Ok(None);
@@ -125,7 +125,7 @@ fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(S
     Ok(Some((name, other)))
 }
 
-/// The artefact of a file, where one is given.
+/// The artefact of a file, if one is given.
 fn artefact<T, E: Into<rist::Error>>(
     file: &Option<PathBuf>,
     read: fn(&str, &str) -> Result<T, E>,
@@ -134,7 +134,7 @@ fn artefact<T, E: Into<rist::Error>>(
     Ok(Some(read(&path.display().to_string(), &read_text(path)?)?))
 }
 
-/// The page of an estimate, with what it makes of logs and of those that it is validated on.
+/// The page of an estimate, with its predictions of logs and its validation.
 pub(crate) fn page_of(
     model: &Model,
     estimate: &Estimate,
@@ -143,46 +143,46 @@ pub(crate) fn page_of(
     verdict: &Verdict,
     date: Option<&str>,
 ) -> Result<String, Failure> {
-    let portrait = rist::fit::validation::portrait(model, estimate, logs)?;
+    let plot_data = rist::fit::validation::plot_data(model, estimate, logs)?;
     let command = command();
     let request = PageRequest {
         model: Some(model),
         estimate: Some(estimate),
-        portrait: portrait.as_ref(),
+        plot_data: plot_data.as_ref(),
         validation,
         verdict: Some(verdict),
         origin: origin(date, &command),
-        reader: Reader::Program,
+        reader: Audience::Program,
         ..PageRequest::default()
     };
     Ok(rist::page::page(&request).0)
 }
 
-/// The page of a motion that was found just now.
+/// The page of a motion of this run.
 pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
-    let portrait = found_motion(model, found)?;
+    let plot_data = found_motion(model, found)?;
     let command = command();
     let request = PageRequest {
         model: Some(model),
-        motion: Some(ShownMotion { artefact: found, portrait: &portrait }),
+        motion: Some(ShownMotion { artefact: found, plot_data: &plot_data }),
         origin: origin(date, &command),
-        reader: Reader::Program,
+        reader: Audience::Program,
         ..PageRequest::default()
     };
     Ok(rist::page::page(&request).0)
 }
 
-/// A motion, and what is drawn of it; proved once more where its model is there.
-fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, MotionPortrait), Failure> {
+/// A motion and its plot data; proved again where its model is given.
+fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, MotionPlotData), Failure> {
     let artefact = ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(path)?)?;
-    let portrait = match model {
+    let plot_data = match model {
         Some(model) => {
             at_work(format_args!("proving the limits of {}", path.display()));
             checked_motion(model, path, &artefact)?
         }
         None => motion_of_file(path, &artefact)?,
     };
-    Ok((artefact, portrait))
+    Ok((artefact, plot_data))
 }
 
 /// Version and command of a page.
@@ -195,11 +195,11 @@ static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Keeps the words of the command line, of which the first is the program's name, for pages.
 pub(crate) fn set_command(words: &[OsString]) {
-    // A second call would change nothing; there is one, when the program starts.
+    // Only the first call has an effect; it happens at the start of the program.
     let _ = COMMAND.set(words.to_vec());
 }
 
-/// The command as it was typed, for the page.
+/// The command line for the page, quoted for a shell.
 fn command() -> String {
     let quoted =
         |word: String| match word.is_empty() || word.contains(|c: char| c.is_whitespace() || "'\"$`".contains(c)) {
@@ -210,7 +210,7 @@ fn command() -> String {
     ["rist".to_string()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// The model, read as it was for the estimate; refused where that was made with another.
+/// The model, read with the options of the estimate. Fails where the estimate was made with another model.
 fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Model, Failure> {
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
@@ -220,15 +220,15 @@ fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> 
     Ok(model)
 }
 
-/// What the logs say.
+/// Verdict and plot data by the logs.
 struct Drawn {
     verdict: Option<Verdict>,
-    portrait: Option<Portrait>,
+    plot_data: Option<PlotData>,
 }
 
 fn drawn(files: &ReportFiles, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
     let Some(options) = &estimate.options else {
-        return Ok(Drawn { verdict: Some(rist::fit::verdict::estimate_verdict(estimate)), portrait: None });
+        return Ok(Drawn { verdict: Some(rist::fit::verdict::estimate_verdict(estimate)), plot_data: None });
     };
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
     let is_of_others = !files.log.is_empty();
@@ -251,5 +251,5 @@ fn drawn(files: &ReportFiles, model: &Model, estimate: &Estimate) -> Result<Draw
         }
         false => rist::fit::verdict::fitted_verdict(model, estimate, &logs)?,
     };
-    Ok(Drawn { verdict: Some(verdict), portrait: rist::fit::validation::portrait(model, estimate, &logs)? })
+    Ok(Drawn { verdict: Some(verdict), plot_data: rist::fit::validation::plot_data(model, estimate, &logs)? })
 }

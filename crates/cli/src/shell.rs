@@ -1,4 +1,4 @@
-//! `rist completions` and `rist man`: what a shell and a reader of manuals need, from the arguments themselves.
+//! `rist completions` and `rist man`: completions for a shell and manual pages, generated from the arguments.
 
 use std::path::PathBuf;
 
@@ -33,11 +33,11 @@ pub(crate) fn completions(arguments: &CompletionArguments, mut command: Command)
     print(&String::from_utf8_lossy(&text))
 }
 
-/// Writes rist.1 and one page a command, rist-identify.1.
+/// Writes rist.1 and one page per command, for example rist-identify.1.
 pub(crate) fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let mut command = command.disable_help_subcommand(true);
-    // The names of the commands' pages are known once all of them are put together.
+    // The names of the commands' pages are known after the build.
     command.build();
     for part in command.get_subcommands().chain([&command]) {
         let manual = clap_mangen::Man::new(part.clone());

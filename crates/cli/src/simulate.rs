@@ -1,4 +1,4 @@
-//! `rist simulate`: a model and a plan, or a motion -> the logs they would give.
+//! `rist simulate`: a model and a plan, or a motion -> simulated logs.
 
 use std::path::{Path, PathBuf};
 

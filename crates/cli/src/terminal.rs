@@ -1,7 +1,7 @@
-//! What the program says: the result on standard output, as text or as JSON; notes and progress on standard error.
+//! Output of the program: the result on standard output, as text or as JSON; notes and progress on standard error.
 //!
-//! Colours stand where a terminal is, and there only. What takes longer than a second says on a terminal what it is at,
-//! in a line that it takes away again.
+//! Only a terminal gets colours. Work that takes longer than a second shows its name on a terminal, in a line that is erased
+//! afterwards.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -13,7 +13,7 @@ use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
 use rist::gate::shown;
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -35,10 +35,10 @@ pub(crate) struct TerminalArguments {
     pub color: ColorChoice,
 }
 
-/// Set once, before anything is said.
+/// Set once, before any output.
 static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
 
-/// Decides how everything after it is said.
+/// Sets colours and form of all later output.
 pub(crate) fn set(arguments: TerminalArguments) {
     match arguments.color {
         ColorChoice::Auto => anstream::ColorChoice::Auto,
@@ -46,7 +46,7 @@ pub(crate) fn set(arguments: TerminalArguments) {
         ColorChoice::Never => anstream::ColorChoice::Never,
     }
     .write_global();
-    // A second call would change nothing; there is one, in main.
+    // Only the first call has an effect; it happens at the start of the program.
     let _ = ARGUMENTS.set(arguments);
 }
 
@@ -54,12 +54,12 @@ fn arguments() -> TerminalArguments {
     ARGUMENTS.get().copied().unwrap_or_default()
 }
 
-/// Whether the result is wanted as JSON.
+/// Whether the result is printed as JSON.
 pub(crate) fn is_json() -> bool {
     arguments().json
 }
 
-/// Prints the result of a command: `text`, or what `json` makes where --json asks for it.
+/// Prints the result of a command: `text`, or the value of `json` with --json.
 pub(crate) fn print_result(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
@@ -67,7 +67,7 @@ pub(crate) fn print_result(
     print_folded(text, columns(), json)
 }
 
-/// As [`print_result`], each line as it is: it is meant for a file.
+/// Prints the result of a command like [`print_result`], but without folding lines, since it is meant for a file.
 pub(crate) fn print_lines(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
@@ -81,16 +81,16 @@ fn print_folded(
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
     if !is_json() {
-        let text = spelled(&text.to_string(), Reader::Program);
+        let text = spelled(&text.to_string(), Audience::Program);
         return print(&shown::lines(&in_columns(&text, columns)));
     }
     match json() {
-        Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Reader::Program))),
+        Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Audience::Program))),
         Err(e) => Err(Failure::new(format_args!("the result cannot be written as JSON: {e}"))),
     }
 }
 
-/// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
+/// Prints to standard output; a closed pipe (`rist ... | head`) is no failure.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let _at = took_away();
     match AutoStream::auto(io::stdout()).write_all(coloured(text).as_bytes()) {
@@ -99,31 +99,31 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Says on standard error what the user should know beside the result.
+/// Prints a note for the user on standard error.
 pub(crate) fn note(text: impl Display) {
     if !arguments().quiet {
-        let text = spelled(&format!("note: {text}\n"), Reader::Program);
+        let text = spelled(&format!("note: {text}\n"), Audience::Program);
         complain(&in_columns(&text, columns()));
     }
 }
 
-/// Columns that sentences are folded at where no terminal says less.
-const MOST_COLUMNS: usize = 100;
-/// A narrower terminal folds by itself.
-const FEWEST_COLUMNS: usize = 40;
+/// Width at which sentences are folded, unless the terminal is narrower, characters.
+const LARGEST_WIDTH: usize = 100;
+/// Smallest width for folding, characters: a narrower terminal folds by itself.
+const SMALLEST_WIDTH: usize = 40;
 
-/// Columns of standard output: what COLUMNS in the environment says, else those of the terminal, at most 100.
+/// Width of standard output, characters: by COLUMNS in the environment, otherwise by the terminal, at most 100.
 fn columns() -> usize {
     let asked = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || {
         let out = io::stdout();
         let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
-        found.map_or(MOST_COLUMNS, |(width, _)| usize::from(width.0).min(MOST_COLUMNS))
+        found.map_or(LARGEST_WIDTH, |(width, _)| usize::from(width.0).min(LARGEST_WIDTH))
     };
-    asked.unwrap_or_else(of_terminal).max(FEWEST_COLUMNS)
+    asked.unwrap_or_else(of_terminal).max(SMALLEST_WIDTH)
 }
 
-/// The text with its sentences folded; lines of tables, which have several blanks between their cells, stay.
+/// The text with its sentences folded; lines of tables, with several blanks between their cells, stay.
 fn in_columns(text: &str, columns: usize) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -134,7 +134,7 @@ fn in_columns(text: &str, columns: usize) -> String {
             out += line;
             continue;
         }
-        // What follows stands below the words of a bullet, and two columns in elsewhere.
+        // Further lines are aligned with the words of a bullet, or indented by two characters.
         let hang = format!("\n{:1$}", "", indent + 2);
         out += &start[..indent];
         out += &folded(words, columns - (indent + 2).min(columns / 2)).join(&hang);
@@ -143,7 +143,7 @@ fn in_columns(text: &str, columns: usize) -> String {
     out
 }
 
-/// The words of a text in lines of at most so many characters; a longer word has a line of its own.
+/// The words of a text in lines of at most `columns` characters; a longer word gets its own line.
 pub(crate) fn folded(text: &str, columns: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -158,26 +158,26 @@ pub(crate) fn folded(text: &str, columns: usize) -> Vec<String> {
     lines
 }
 
-/// What a step says beside its result, as lines before it; nothing where notes are not wanted.
+/// Notes of a step, as lines before its result; empty with --quiet.
 pub(crate) fn notes(texts: &[String]) -> String {
     let texts = if arguments().quiet { &[] } else { texts };
     texts.iter().map(|text| format!("note: {text}\n")).collect()
 }
 
-/// Says on standard error how far a search is.
+/// Prints the progress of a search on standard error.
 pub(crate) fn progress(text: impl Display) {
     if !arguments().quiet {
         complain(&format!("{text}\n"));
     }
 }
 
-/// Writes to standard error; where that is closed, nobody is there to be told.
+/// Writes to standard error; errors, for example of a closed stream, are ignored.
 pub(crate) fn complain(text: &str) {
     let _at = took_away();
     let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
 
-/// Words at the start of a line that stand out.
+/// Words at the start of a line that are coloured.
 const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("trust: yes", AnsiColor::Green),
     ("trust: with care", AnsiColor::Yellow),
@@ -186,7 +186,7 @@ const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("rist:", AnsiColor::Red),
 ];
 
-/// The text with its words in colours, which a stream that is no terminal leaves out.
+/// The text with its words in colours, which are removed for a stream that is no terminal.
 fn coloured(text: &str) -> String {
     let line = |line: &str| match COLOURED_WORDS.iter().find(|(word, _)| line.starts_with(word)) {
         Some((word, color)) => {
@@ -198,28 +198,28 @@ fn coloured(text: &str) -> String {
     text.split_inclusive('\n').map(line).collect()
 }
 
-/// What the program is at.
-struct At {
+/// The current work of the program.
+struct ProgressState {
     what: String,
     since: Instant,
-    /// Whether a line about it stands on the terminal.
+    /// Whether a line about it is on the terminal.
     shown: bool,
 }
 
-static AT: Mutex<Option<At>> = Mutex::new(None);
+static AT: Mutex<Option<ProgressState>> = Mutex::new(None);
 
-/// A second of silence is what a person takes for granted.
+/// Time after which the current work is shown.
 const LONGEST_SILENCE: Duration = Duration::from_secs(1);
 const WATCH_INTERVAL: Duration = Duration::from_millis(250);
-/// Back to the start of the line, and the line away.
+/// Moves the cursor to the start of the line and erases the line.
 const ERASE_LINE: &str = "\r\x1b[K";
 
-fn at() -> MutexGuard<'static, Option<At>> {
+fn at() -> MutexGuard<'static, Option<ProgressState>> {
     AT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Takes the line of what the program is at away, until the guard is dropped.
-fn took_away() -> MutexGuard<'static, Option<At>> {
+/// Erases the line of the current work until the guard is dropped.
+fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     let mut now = at();
     if let Some(at) = now.as_mut().filter(|at| at.shown) {
         at.shown = false;
@@ -228,7 +228,7 @@ fn took_away() -> MutexGuard<'static, Option<At>> {
     now
 }
 
-/// From now on the program is at this: `reading log.csv`. Shown on a terminal while it takes more than a second.
+/// Sets the current work: `reading log.csv`. It is shown on a terminal after one second.
 pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {
@@ -239,16 +239,16 @@ pub(crate) fn at_work(what: impl Display) {
         is_seen
     });
     if is_watched {
-        *took_away() = Some(At { what: what.to_string(), since: Instant::now(), shown: false });
+        *took_away() = Some(ProgressState { what: what.to_string(), since: Instant::now(), shown: false });
     }
 }
 
-/// Nothing is at work any more.
+/// Ends the current work.
 pub(crate) fn rest() {
     *took_away() = None;
 }
 
-/// Ends with the program.
+/// Shows the current work; runs until the program ends.
 fn watch() {
     loop {
         thread::sleep(WATCH_INTERVAL);

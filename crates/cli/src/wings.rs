@@ -1,11 +1,11 @@
-//! The wings that this program was built with, and what is said of those that it lacks.
+//! The wings that this program was built with, and the error texts for missing wings.
 
 use std::ffi::OsString;
 
 use rist::DescriptionFormat;
 use rist::wings::{DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
-/// What is said of an absent feature, behind what was found.
+/// The error text for a missing feature, after the name of the file's content.
 macro_rules! without {
     ($found:literal, $feature:literal) => {
         concat!($found, ": ", without!($feature))
@@ -19,7 +19,7 @@ macro_rules! without {
     };
 }
 
-/// Commands of each wing, whether the program has it, and what is said where it has not.
+/// Wings: name, commands, whether the program has it, and the error text if not.
 const WINGS: [(&str, &[&str], bool, &str); 4] = [
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
@@ -27,7 +27,8 @@ const WINGS: [(&str, &[&str], bool, &str); 4] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
-/// Makes the wings known, before a text is spelled and a file is read. The program does so itself; a package does when it is loaded.
+/// Registers the wings, before a text is spelled and a file is read. The program calls it itself; a package calls it when it is
+/// loaded.
 pub fn register() {
     rist::wings::register(vec![
         #[cfg(feature = "fleet")]
@@ -46,8 +47,9 @@ pub fn register() {
     ]);
 }
 
-/// What is said of everything else that this program lacks.
+/// A wing with the error texts of everything that this program lacks.
 fn absent() -> Wing {
+    // Files of a missing feature are recognised by their first bytes, so that the error names the feature.
     let mut wing = Wing::default();
     let mut log = |magic: &'static [u8], what: &'static str, is_recording: bool| {
         wing.log_formats.push(LogFormat { name: "", magic, reader: LogReader::Absent { what, is_recording } });
@@ -69,6 +71,7 @@ fn absent() -> Wing {
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
     }
+    // Functions and steps of missing wings fail with the name of the feature.
     if cfg!(not(feature = "formulas")) {
         let absent = |word| FunctionOfLink {
             word,
@@ -89,7 +92,7 @@ fn absent() -> Wing {
     wing
 }
 
-/// What is missing, where the first word of a command line that is no flag is a command of a wing that this program lacks.
+/// The error text where the first word of a command line that is no flag is a command of a missing wing.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let (.., said) = WINGS.iter().find(|(_, commands, is_here, _)| !is_here && commands.contains(&command))?;

@@ -1,8 +1,8 @@
-//! Sine and cosine in C without a library: the operations of the Rust file (sine.rs), so that the bits are the same
-//! wherever both fuse or neither does.
+//! Sine and cosine in C without a library: the operations equal the operations of the Rust file (sine.rs), so that the bits
+//! are the same where both fuse or neither does.
 //!
-//! The inner loop is as wide as a vector register: gcc and clang put it into one at -O2. The library's functions stay for
-//! compilers that were told to regroup sums, which would undo the rounding to an integer, and for the registers of 80 bits
+//! The inner loop is as wide as a vector register: gcc and clang put it into one at -O2. The library's functions are used
+//! where compiler options allow regrouped sums, which would undo the rounding to an integer, and with the 80-bit registers
 //! of an old x86.
 
 use expr::{Function, Node};
@@ -10,22 +10,22 @@ use expr::{Function, Node};
 use crate::sine::{self, between, polynomials};
 use crate::steps::Angle;
 
-/// The largest number of angles to a vector register.
-const WIDEST: usize = 4;
+/// The largest number of angles in one vector register.
+const MAX_ANGLES_PER_REGISTER: usize = 4;
 
 /// Whether some function takes a sine or cosine.
 pub(crate) fn is_read(functions: &[&Function]) -> bool {
     functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sin(_) | Node::Cos(_))))
 }
 
-/// What a source file has before its functions; `fused` and `fusedf` are a b + c of double and of float.
+/// The C function of several angles, with the functions it calls. It uses `fused` and `fusedf`: a b + c of double and float.
 pub(crate) fn sin_cos_of_each() -> String {
     let of_double = sin_cos_of_double(&sine::statements("f64"));
     let of_float = in_float(&sin_cos_of_double(&sine::statements("f32")));
     [LIBRARY, DOC_OF_DOUBLE, &of_double, DOC_OF_FLOAT, &of_float, LOOP].concat()
 }
 
-/// The function of one angle, with the numbers and the polynomials of the statements of Rust.
+/// The C function of one angle, with the numbers and the polynomials of the Rust statements.
 fn sin_cos_of_double(statements: &str) -> String {
     let number = |name: &str| between(statements, name, ";\n").rsplit(" = ").next().unwrap_or("");
     let parts = number("PARTS").trim_matches(['[', ']']).split(", ");
@@ -34,9 +34,10 @@ fn sin_cos_of_double(statements: &str) -> String {
     text.replace("POLYNOMIALS", &polynomials(statements).replace("let ", ""))
 }
 
-/// A function of doubles as one of floats; its comments stand in that of doubles.
+/// A function of doubles changed into a function of floats, without its comments.
 fn in_float(function: &str) -> String {
     const ENDS: [char; 5] = [' ', ',', ')', ';', '\n'];
+    // A number with a point gets the suffix of a float.
     let with_suffix = |piece: &str| {
         let (word, end) = piece.split_at(piece.trim_end_matches(ENDS).len());
         let is_number = word.contains('.') && word.ends_with(|c: char| c.is_ascii_digit());
@@ -141,17 +142,18 @@ static void sin_cos_of_each(int n, const real *restrict angles, real *restrict s
 #endif
 ";
 
-/// The statements that give the read sines and cosines of `angles`, which are `of`, their names. `given` is where the angles
-/// stand one after the other: a vector that is read from where numbers were written one by one waits for them.
+/// Statements that assign the sines and cosines of `angles` that something reads to their `names`; `of`: each angle in C.
+/// `given`: an array that already holds the angles one after the other. It saves time, because a vector that is read
+/// right after its numbers were written one by one waits for them.
 pub(crate) fn statements(angles: &[Angle], of: &[String], names: &[String], given: Option<String>) -> String {
     let read = |node: fn(&Angle) -> Option<usize>| {
         angles.iter().enumerate().filter_map(move |(k, angle)| node(angle).map(|n| (k, &names[n])))
     };
     let (sines, cosines) = (|| read(|angle| angle.sine), || read(|angle| angle.cosine));
     let declared: Vec<&str> = sines().chain(cosines()).map(|(_, name)| name.as_str()).collect();
-    let (n, room) = (angles.len(), angles.len().max(WIDEST));
+    let (n, room) = (angles.len(), angles.len().max(MAX_ANGLES_PER_REGISTER));
     let mut text = format!("    real {};\n    {{\n        real sines[{room}], cosines[{room}];\n", declared.join(", "));
-    let given = given.filter(|_| n >= WIDEST).unwrap_or_else(|| {
+    let given = given.filter(|_| n >= MAX_ANGLES_PER_REGISTER).unwrap_or_else(|| {
         text += &format!("        const real angles[{room}] = {{{}}};\n", of.join(", "));
         "angles".into()
     });

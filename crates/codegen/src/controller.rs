@@ -1,4 +1,4 @@
-//! The controller of a file: gravity compensation, feedforward and computed torque, which call the file's own functions.
+//! The controllers of a file: gravity compensation, feedforward and computed torque, which call the file's own functions.
 //!
 //! ```text
 //! gravity compensation   tau = g(q)
@@ -6,51 +6,53 @@
 //! computed torque        tau = A(q) (ddq_r + kd (dq_r - dq) + kp (q_r - q)) + h(q, dq) + F(dq_r)
 //! F(v)                   = FV v + FS tanh(v / width) + OFF
 //! ```
-//! [Khalil, Dombre 2002, chapter 14]. Each torque is cut to +-limit. The friction is that of the velocity asked for: the sign of
-//! a measured one chatters. Here are the texts in Rust and C; what they call stands in the file (`inverse_dynamics`, `gravity`).
+//! [Khalil, Dombre 2002, chapter 14]. Each torque is saturated at +-limit. Friction is computed from the reference velocity,
+//! because the sign of a measured velocity chatters. This module holds the texts in Rust and C. They call functions of the
+//! generated file, `inverse_dynamics` and `gravity`.
 
 use expr::{Function, Module};
 use proc_macro2::TokenStream;
 
-/// An argument: how the text calls it, its type in Rust without `&`, its length.
-struct Argument {
+/// An argument: its name in the text and its number of entries.
+struct ControllerArgument {
     name: &'static str,
     length: usize,
 }
 
-/// What the texts call and how many numbers each takes.
-pub(crate) struct Controller<'a> {
+/// The functions that the texts call, and the number of coordinates n.
+pub(crate) struct ControllerText<'a> {
     inverse_dynamics: &'a Function,
     gravity: &'a Function,
     n: usize,
 }
 
-impl<'a> Controller<'a> {
-    /// `None` where the module has no controller, or not the functions that one calls.
-    pub(crate) fn of(module: &'a Module) -> Option<Controller<'a>> {
+impl<'a> ControllerText<'a> {
+    /// `None` where the module has no controller or lacks a function that a controller calls.
+    pub(crate) fn of(module: &'a Module) -> Option<ControllerText<'a>> {
         let function = |name: &str| module.functions.iter().map(|f| &f.function).find(|f| f.name == name);
         let inverse_dynamics = function("inverse_dynamics").filter(|_| module.has_controller)?;
         let n = inverse_dynamics.outputs[0].rows;
-        Some(Controller { inverse_dynamics, gravity: function("gravity")?, n })
+        Some(ControllerText { inverse_dynamics, gravity: function("gravity")?, n })
     }
 
-    /// Entries of an input of the inverse dynamics; zero where it has none of that name.
+    /// Number of entries of an input of the inverse dynamics; zero where there is no input of this name.
     fn length(&self, input: &str) -> usize {
         self.inverse_dynamics.inputs.iter().find(|i| i.name == input).map_or(0, |i| i.entries.len())
     }
 
-    /// The arguments of this name, without those that the robot does not have.
-    fn arguments(&self, names: &[&'static str]) -> Vec<Argument> {
+    /// The arguments of these names, without the ones that the robot does not have.
+    fn arguments(&self, names: &[&'static str]) -> Vec<ControllerArgument> {
         let length = |name: &str| match name {
             "passive" | "x" | "symbols" => self.length(name),
+            // FV, FS and OFF of each coordinate.
             "f" => 3 * self.n,
             _ => self.n,
         };
-        let all = names.iter().map(|&name| Argument { name, length: length(name) });
+        let all = names.iter().map(|&name| ControllerArgument { name, length: length(name) });
         all.filter(|argument| argument.length > 0).collect()
     }
 
-    /// What a function is called with, for each of its inputs; `given` replaces its name.
+    /// The arguments of a call: the name of each input, or its replacement in `given`, and then tau.
     fn call(function: &Function, given: &[(&str, &str)], reference: &str) -> String {
         let argument = |input: &expr::Input| match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, argument)) => argument.to_string(),
@@ -60,10 +62,10 @@ impl<'a> Controller<'a> {
         inputs.chain([format!("{reference}tau")]).collect::<Vec<_>>().join(", ")
     }
 
-    /// In Rust.
+    /// Definitions in Rust.
     pub(crate) fn rust(&self) -> TokenStream {
         let head = |names: &[&'static str]| {
-            let argument = |a: &Argument| format!("{}: &[R; {}]", a.name, a.length);
+            let argument = |a: &ControllerArgument| format!("{}: &[R; {}]", a.name, a.length);
             let arguments: Vec<String> = self.arguments(names).iter().map(argument).collect();
             format!("{}, tau: &mut [R; {}]", arguments.join(", "), self.n)
         };
@@ -75,9 +77,9 @@ impl<'a> Controller<'a> {
             .replace("FRICTION_ARGUMENTS", &head(&["dq", "f", "width"]))
             .replace("FEEDFORWARD_ARGUMENTS", &head(FEEDFORWARD))
             .replace("COMPUTED_ARGUMENTS", &head(COMPUTED))
-            .replace("CALL_GRAVITY", &Controller::call(self.gravity, &[], ""))
-            .replace("CALL_FEEDFORWARD", &Controller::call(self.inverse_dynamics, OF_REFERENCE, ""))
-            .replace("CALL_COMPUTED", &Controller::call(self.inverse_dynamics, &[("ddq", "&ddq")], ""))
+            .replace("CALL_GRAVITY", &ControllerText::call(self.gravity, &[], ""))
+            .replace("CALL_FEEDFORWARD", &ControllerText::call(self.inverse_dynamics, OF_REFERENCE, ""))
+            .replace("CALL_COMPUTED", &ControllerText::call(self.inverse_dynamics, &[("ddq", "&ddq")], ""))
             .replace("LENGTH", &n.to_string());
         text.parse().expect("the texts below are Rust, whatever names are put in")
     }
@@ -85,7 +87,7 @@ impl<'a> Controller<'a> {
     /// Declarations and definitions in C of the module `prefix`.
     pub(crate) fn c(&self, prefix: &str) -> (String, String) {
         let head = |names: &[&'static str]| {
-            let argument = |a: &Argument| format!("const {prefix}_real {}[{}]", a.name, a.length);
+            let argument = |a: &ControllerArgument| format!("const {prefix}_real {}[{}]", a.name, a.length);
             let arguments: Vec<String> = self.arguments(names).iter().map(argument).collect();
             format!("{}, {prefix}_real tau[{}]", arguments.join(", "), self.n)
         };
@@ -94,19 +96,20 @@ impl<'a> Controller<'a> {
             ("feedforward", head(FEEDFORWARD), FEEDFORWARD_DOC),
             ("computed_torque", head(COMPUTED), COMPUTED_DOC),
         ];
+        // Each body calls the model, adds friction where there is motion, and saturates.
         let (mut header, mut source) = (String::new(), C_HEAD.to_string());
         for (name, arguments, doc) in functions {
             header += &format!("\n/* {} */\nint {prefix}_{name}({arguments});\n", doc.join("\n   "));
             let body = match name {
                 "gravity_compensation" => {
-                    format!("    {prefix}_gravity({});\n", Controller::call(self.gravity, &[], ""))
+                    format!("    {prefix}_gravity({});\n", ControllerText::call(self.gravity, &[], ""))
                 }
                 "feedforward" => {
-                    let call = Controller::call(self.inverse_dynamics, OF_REFERENCE, "");
+                    let call = ControllerText::call(self.inverse_dynamics, OF_REFERENCE, "");
                     format!("    {prefix}_inverse_dynamics({call});\n    add_friction(dq_r, f, width, tau);\n")
                 }
                 _ => {
-                    let call = Controller::call(self.inverse_dynamics, &[], "");
+                    let call = ControllerText::call(self.inverse_dynamics, &[], "");
                     format!(
                         "{C_FEEDBACK}    {prefix}_inverse_dynamics({call});\n    add_friction(dq_r, f, width, tau);\n"
                     )

@@ -1,4 +1,4 @@
-//! The trait every generated file carries, so that it needs no other file and no library.
+//! The trait `Real`, which every generated file contains, so that it needs no other file and no library.
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
@@ -14,7 +14,7 @@ pub(crate) struct Operations {
 
 /// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
-    // Only what some function of the file uses: a trait without `sqrt` or `/` asks less of its types.
+    // Only the operations that some function of the file uses: without `sqrt` or `/`, more types can implement the trait.
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);
@@ -66,7 +66,7 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     }
 }
 
-/// The method of f64 or f32. Only the standard library has it, and without an instruction it is a slow call.
+/// The method `mul_add` of f64 or f32. Only the standard library has it, and without an instruction it is a slow call.
 fn mul_add(number: TokenStream) -> TokenStream {
     quote! {
         #[cfg(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows)))]
@@ -108,7 +108,7 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     }
 }
 
-/// The method of f64 or f32.
+/// The method `sin_cos` of f64 or f32.
 fn sin_cos(number: &str) -> TokenStream {
     let statements = statements(number).replace("angle", "self");
     let (numbers, operations) = statements.split_at(statements.find("let turns").unwrap_or(0));
@@ -128,7 +128,7 @@ fn tokens(text: &str) -> TokenStream {
     text.parse().expect("a text of our own is Rust")
 }
 
-/// The method of f64. Several angles in one vector register cost little more than one angle.
+/// The method `sin_cos_of_each` of f64. Several angles in one vector register cost little more than one angle.
 fn sin_cos_of_each() -> TokenStream {
     quote! {
         /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
@@ -164,7 +164,7 @@ fn sin_cos_of_each() -> TokenStream {
     }
 }
 
-/// The square root of the trait, of f64 and of f32. They are written here because core has none.
+/// The method `sqrt` of the trait, of f64 and of f32; nothing where it is not needed. `core` has no square root.
 fn square_root(needed: bool) -> [TokenStream; 3] {
     if !needed {
         return Default::default();
@@ -177,7 +177,7 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
     [method, tokens(ROOT), tokens(&of_f32)]
 }
 
-/// The method of f64.
+/// The method `sqrt` of f64.
 const ROOT: &str = "
 /// Within 0.51 ulp for 1e-290 < x < 1e290. Newton's method for 1/sqrt(x) from a guess in
 /// the exponent, then one step with the exact residual x - y^2 (Dekker 1971).
@@ -207,7 +207,7 @@ fn sqrt(self) -> f64 {
 }
 ";
 
-/// What that of f32 has in the place of texts of that of f64. A guess of half the digits needs a step less.
+/// Pairs of a text in `ROOT` and its replacement for f32. With half the digits, one Newton step less is enough.
 const ROOT_OF_F32: [(&str, &str); 7] = [
     ("0x5fe6eb50c7b537a9_u64", "0x5f3759df_u32"),
     ("    r = r * (1.5 - half * r * r);\n    let y", "    let y"),

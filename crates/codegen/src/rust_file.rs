@@ -1,10 +1,10 @@
-//! A Module as one Rust file: banner, constants, functions, and the trait they compute with.
+//! A Module as one Rust file: banner, constants, functions, and the trait of their numbers.
 
-use expr::{Constant, Function, Module, Node, Value};
+use expr::{Constant, ConstantValue, Function, Module, Node};
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use crate::controller::Controller;
+use crate::controller::ControllerText;
 use crate::numbers::{Operations, real_trait};
 use crate::rust_function::{Lines, render, render_entries};
 use crate::steps::in_line;
@@ -34,7 +34,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     }
     let operations = operations(bound.iter().map(|(_, function)| function));
     let real = real_trait(operations);
-    let controller = Controller::of(module).map(|controller| controller.rust());
+    let controller = ControllerText::of(module).map(|controller| controller.rust());
     let file = quote! {
         #(#constants)*
         #(#functions)*
@@ -44,7 +44,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     head + &lines.put_into(&pretty(file))
 }
 
-/// The index of the generated modules: one module each and the table of all.
+/// The index of the generated modules: it declares each module and contains a table of all.
 pub fn index_file(modules: &[Module]) -> String {
     let names: Vec<_> = modules.iter().map(|m| format_ident!("{}", m.name)).collect();
     let entries = modules.iter().zip(&names).map(|(module, name)| {
@@ -71,18 +71,18 @@ fn constant(constant: &Constant) -> TokenStream {
     let name = format_ident!("{}", constant.name);
     let doc = doc_lines(std::slice::from_ref(&constant.doc));
     match &constant.value {
-        Value::Text(text) => quote!(#doc pub const #name: &str = #text;),
-        Value::Texts(texts) => {
+        ConstantValue::Text(text) => quote!(#doc pub const #name: &str = #text;),
+        ConstantValue::Texts(texts) => {
             let n = Literal::usize_unsuffixed(texts.len());
             quote!(#doc pub const #name: [&str; #n] = [#(#texts),*];)
         }
-        Value::Number(x) => {
+        ConstantValue::Number(x) => {
             let x = Literal::u64_unsuffixed(*x);
             quote!(#doc pub const #name: u64 = #x;)
         }
-        Value::Reals(numbers) => {
+        ConstantValue::Reals(numbers) => {
             let n = Literal::usize_unsuffixed(numbers.len());
-            // A literal token holds no sign.
+            // A literal token cannot hold a sign.
             let numbers = numbers.iter().map(|x| {
                 let size = Literal::f64_unsuffixed(x.abs());
                 if x.is_sign_negative() { quote!(-#size) } else { quote!(#size) }

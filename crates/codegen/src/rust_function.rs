@@ -1,4 +1,4 @@
-//! A Function as a Rust function: one statement an operation, in the order of the schedule.
+//! A Function as a Rust function: one statement for each operation, in the order of the schedule.
 //!
 //! ```text
 //! pub fn NAME<R: Real>(q: &[R; 3], ..., y: &mut [[R; 18]; 3]) {
@@ -7,7 +7,7 @@
 //!     let t5 = t4.mul_add(c1, -q[0]);
 //!     y[0][2] = t5;
 //! ```
-//! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
+//! `mul_add` is a method of the trait: fused where the target fuses. Only stores and sums have signs.
 
 use std::fmt::Write as _;
 
@@ -15,38 +15,38 @@ use expr::{Entries, Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use crate::steps::{Name, Step, is_read, names, steps};
+use crate::steps::{Name, Statement, is_read, names, steps};
 
 /// A statement.
-enum Statement {
+enum RustStatement {
     /// Text that the formatter would leave on one line.
     Line(String),
-    /// What it has to lay out.
+    /// Tokens that the formatter has to lay out.
     Tokens(TokenStream),
 }
 
-/// Statements in text, which stand in the tokens by number. A function has thousands of short ones, and the formatter would
-/// take most of the time and the memory of a file to say that each is a line.
+/// Blocks of statements as text; the tokens contain only their numbers. A function has thousands of short statements, and
+/// the formatter would take most of the time and memory of a file to find that each is one line.
 #[derive(Default)]
 pub(crate) struct Lines(Vec<String>);
 
-/// What the number of some lines stands in, as the formatter writes it.
-const PLACE: &str = "__lines!(";
-/// A statement of at most this many characters is one line, whatever it is: the formatter breaks lines of 90.
-const LONGEST_LINE: usize = 80;
+/// The text before the number of a block of lines, as the formatter writes it.
+const BLOCK_NUMBER_PREFIX: &str = "__lines!(";
+/// Every statement of at most this many characters stays one line: the formatter breaks lines of 90.
+const MAX_LINE_CHARACTERS: usize = 80;
 
 impl Lines {
     /// The tokens of statements, one after the other.
-    fn body(&mut self, statements: impl Iterator<Item = Statement>) -> TokenStream {
+    fn body(&mut self, statements: impl Iterator<Item = RustStatement>) -> TokenStream {
         let mut tokens = TokenStream::new();
         let mut text = String::new();
         for statement in statements {
             match statement {
-                Statement::Line(line) => {
+                RustStatement::Line(line) => {
                     text += &line;
                     text.push('\n');
                 }
-                Statement::Tokens(laid_out) => {
+                RustStatement::Tokens(laid_out) => {
                     tokens.extend(self.place(std::mem::take(&mut text)));
                     tokens.extend(laid_out);
                 }
@@ -65,12 +65,13 @@ impl Lines {
         quote!(__lines!(#number);)
     }
 
-    /// The text in which all lines stand where their numbers were.
+    /// `text` with each block of lines in the place of its number, indented as the number was.
     pub(crate) fn put_into(self, text: &str) -> String {
         let mut all = String::with_capacity(text.len() + self.0.iter().map(|lines| 2 * lines.len()).sum::<usize>());
         for line in text.split_inclusive('\n') {
             let inner = line.trim_start();
-            let number = inner.strip_prefix(PLACE).and_then(|rest| rest.split(')').next()?.parse::<usize>().ok());
+            let number =
+                inner.strip_prefix(BLOCK_NUMBER_PREFIX).and_then(|rest| rest.split(')').next()?.parse::<usize>().ok());
             match number.and_then(|n| self.0.get(n)) {
                 Some(lines) => {
                     let indent = &line[..line.len() - inner.len()];
@@ -99,8 +100,8 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     }
 }
 
-/// As `render`, but two functions: one gives every entry its place, and one writes only the entries that tell all.
-/// `doc` stands above the first, and the list of places above both. The operations stand once, in a third
+/// Tokens of two functions for `bound`: a dense one, and a sparse one that writes only the entries of the list. `doc` is
+/// the doc of the dense function; the list of places comes before both. The operations are written once, in a third
 /// function that hands out entries. If the dense matrix were filled from the list, all entries would wait for the end
 /// and be spilled from their registers.
 pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
@@ -110,11 +111,11 @@ pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStr
     let list = places.iter().map(|&(row, column)| pair(literal(row), literal(column)));
     let (steps, writer) = (steps(bound), Writer::new(bound));
     let statements = steps.iter().filter_map(|step| match *step {
-        Step::Store { row, column, node, negative, .. } => {
-            // An entry that is zero or below the diagonal is not in the list.
+        Statement::Store { row, column, node, negative, .. } => {
+            // Entries that are always zero, or below the diagonal of a symmetric matrix, are not in the list.
             let k = places.binary_search(&(row, column)).ok()?;
             let (sign, value) = (if negative { "-" } else { "" }, writer.operand(node));
-            Some(Statement::Line(format!("set({k}, {row}, {column}, {sign}{value});")))
+            Some(RustStatement::Line(format!("set({k}, {row}, {column}, {sign}{value});")))
         }
         _ => Some(writer.statement(step)),
     });
@@ -124,6 +125,7 @@ pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStr
     let (head, arguments, inputs) = (head(bound), input_arguments(bound), input_names(bound));
     let (y, zero) = (format_ident!("{}", output.name), quote!(R::from_f64(0.0)));
     let (rows, columns) = (literal(output.rows), literal(output.columns));
+    // The dense function stores each entry at its place, and a symmetric one also at the mirrored place.
     let (zeros, place) = match (output.columns, is_symmetric) {
         (1, _) => (quote!([#zero; #rows]), quote!(|_, row, _, x| #y[row] = x)),
         (_, false) => (quote!([[#zero; #columns]; #rows]), quote!(|_, row, column, x| #y[row][column] = x)),
@@ -169,7 +171,7 @@ fn input_names(bound: &Function) -> Vec<Ident> {
     bound.inputs.iter().enumerate().map(|(k, input)| input_name(bound, k, &input.name)).collect()
 }
 
-/// The inputs as arguments, each with its comma.
+/// The inputs as arguments, each followed by a comma.
 fn input_arguments(bound: &Function) -> TokenStream {
     let arguments = input_names(bound).into_iter().zip(&bound.inputs).map(|(name, input)| {
         let n = Literal::usize_unsuffixed(input.entries.len());
@@ -184,7 +186,7 @@ fn input_name(bound: &Function, k: usize, name: &str) -> Ident {
     if read { format_ident!("{name}") } else { format_ident!("_{name}") }
 }
 
-/// The function up to its body.
+/// Name, arguments and types of the function, without its body.
 fn head(bound: &Function) -> TokenStream {
     let name = Ident::new(&bound.name, Span::call_site());
     let inputs = input_arguments(bound);
@@ -238,19 +240,21 @@ impl Writer<'_> {
         }
     }
 
-    fn statement(&self, step: &Step) -> Statement {
+    fn statement(&self, step: &Statement) -> RustStatement {
         match *step {
-            Step::Compute(n, operation) => self.line(format!("let {} = {};", self.operand(n), self.value(operation))),
-            Step::SinCos(ref angles) => {
+            Statement::Compute(n, operation) => {
+                self.line(format!("let {} = {};", self.operand(n), self.value(operation)))
+            }
+            Statement::SinCos(ref angles) => {
                 let sines: Vec<_> = angles.iter().map(|a| self.operand_or_nothing(a.sine)).collect();
                 let cosines: Vec<_> = angles.iter().map(|a| self.operand_or_nothing(a.cosine)).collect();
                 let of: Vec<_> = angles.iter().map(|a| self.tokens(a.angle)).collect();
-                Statement::Tokens(match &of[..] {
+                RustStatement::Tokens(match &of[..] {
                     [angle] => quote!(let (#(#sines),*, #(#cosines),*) = (#angle).sin_cos();),
                     _ => quote!(let ([#(#sines),*], [#(#cosines),*]) = R::sin_cos_of_each([#(#of),*]);),
                 })
             }
-            Step::Store { output, row, column, node, negative } => {
+            Statement::Store { output, row, column, node, negative } => {
                 let output = &self.function.outputs[output];
                 let mut line = format!("{}[{row}]", output.name);
                 if output.columns > 1 {
@@ -263,13 +267,13 @@ impl Writer<'_> {
         }
     }
 
-    /// A statement of this text.
-    fn line(&self, text: String) -> Statement {
-        if text.len() <= LONGEST_LINE {
-            return Statement::Line(text);
+    /// The statement with this text: a line if it is short enough, else tokens.
+    fn line(&self, text: String) -> RustStatement {
+        if text.len() <= MAX_LINE_CHARACTERS {
+            return RustStatement::Line(text);
         }
-        // Text of our own is always tokens.
-        text.parse().map_or(Statement::Line(text), Statement::Tokens)
+        // Text written by this module always parses.
+        text.parse().map_or(RustStatement::Line(text), RustStatement::Tokens)
     }
 
     /// The value held at the node of `e`, or its negative, by the sign of `e`.

@@ -1,21 +1,21 @@
-//! A Function as straight-line steps, one per operation, in the order of its schedule. Every target
-//! language writes the same steps in its own way.
+//! A Function as straight-line steps, one per operation, in the order of its schedule. The writers of Rust and C
+//! print the same steps.
 //!
-//! An entry is stored as soon as it is known. Sines and cosines of several inputs are one step. [`expr::Fusion`] decides
+//! An entry is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`] decides
 //! which product is fused into which sum.
 
 use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
-/// A text of somebody's file as one line: characters that would end the line become spaces.
+/// A text from a user's file as one line: characters that would end the line become spaces.
 pub fn in_line(text: &str) -> String {
     gate::shown::line(text).into_owned()
 }
 
 /// One statement.
-pub(crate) enum Step {
-    /// The node takes what the operation gives.
+pub(crate) enum Statement {
+    /// The node takes the result of the operation.
     Compute(usize, Operation),
     /// Sines and cosines of angles, at most eight.
     SinCos(Vec<Angle>),
@@ -23,7 +23,7 @@ pub(crate) enum Step {
     Store { output: usize, row: usize, column: usize, node: usize, negative: bool },
 }
 
-/// An angle and its sine and cosine, as nodes, where something reads them.
+/// The nodes of an angle, and of its sine and cosine where the function has them.
 #[derive(Clone, Copy)]
 pub(crate) struct Angle {
     pub angle: usize,
@@ -31,11 +31,13 @@ pub(crate) struct Angle {
     pub cosine: Option<usize>,
 }
 
-/// Up to this many angles that are inputs, all sines and cosines are taken first. Beyond, they are taken four at a time
-/// where the first is needed, because a value computed long before it is read is spilled from its register.
+/// Up to this many angles that are inputs, all sines and cosines are computed first. If there are more, they are computed in
+/// groups where the first of a group is needed, because a value computed long before it is read is spilled from its register.
 const MAX_SINES_AT_ONCE: usize = 8;
+/// Angles in such a group.
+const SINES_PER_GROUP: usize = 4;
 
-/// How a node is read by those that use it.
+/// How other statements read a node.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Name {
     Constant(f64),
@@ -44,32 +46,33 @@ pub(crate) enum Name {
 }
 
 /// The steps of `function`, which has no named constants left.
-pub(crate) fn steps(function: &Function) -> Vec<Step> {
+pub(crate) fn steps(function: &Function) -> Vec<Statement> {
     let nodes = function.graph().nodes();
     let fusion = Fusion::of(function);
-    // Node -> the places it is stored to; constants are stored first.
-    let mut places: Vec<Vec<Step>> = nodes.iter().map(|_| Vec::new()).collect();
+    // Node -> stores of its value; constants are stored first.
+    let mut places: Vec<Vec<Statement>> = nodes.iter().map(|_| Vec::new()).collect();
     for (output, o) in function.outputs.iter().enumerate() {
         for (i, e) in o.entries.iter().enumerate() {
             let (row, column) = (i / o.columns, i % o.columns);
             let (node, negative) = (e.node(), fusion.held(*e).is_negative());
-            places[node].push(Step::Store { output, row, column, node, negative });
+            places[node].push(Statement::Store { output, row, column, node, negative });
         }
     }
     let (first, mut groups) = groups(nodes);
-    let mut steps: Vec<Step> = first.into_iter().map(Step::SinCos).collect();
+    let mut steps: Vec<Statement> = first.into_iter().map(Statement::SinCos).collect();
     for (n, places) in places.into_iter().enumerate() {
         match (nodes[n], fusion.operation_of(n)) {
-            (Node::Sin(_) | Node::Cos(_), _) => steps.extend(groups.remove(&n).map(Step::SinCos)),
+            (Node::Sin(_) | Node::Cos(_), _) => steps.extend(groups.remove(&n).map(Statement::SinCos)),
             (_, Operation::None) => {}
-            (_, operation) => steps.push(Step::Compute(n, operation)),
+            (_, operation) => steps.push(Statement::Compute(n, operation)),
         }
         steps.extend(places);
     }
     steps
 }
 
-/// The angles whose sines and cosines are taken together: before all else, and at the node where the first of them stands.
+/// Groups of angles whose sines and cosines are computed together: the group before all other steps, if any, and the groups
+/// by the node of their first sine or cosine.
 fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     let mut pairs: BTreeMap<usize, Angle> = BTreeMap::new();
     for (n, node) in nodes.iter().enumerate() {
@@ -83,7 +86,7 @@ fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     let first = |pair: &Angle| pair.sine.into_iter().chain(pair.cosine).min().unwrap_or(pair.angle);
     let mut pairs: Vec<Angle> = pairs.into_values().collect();
     pairs.sort_by_key(first);
-    // Any other angle is known only where it stands.
+    // An angle that is no input is known only after its own step, so it forms a group alone.
     let (of_inputs, others): (Vec<Angle>, Vec<Angle>) =
         pairs.into_iter().partition(|pair| matches!(nodes[pair.angle], Node::Symbol(_)));
     let at_node = |group: &[Angle]| (first(&group[0]), group.to_vec());
@@ -91,7 +94,7 @@ fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     match of_inputs.len() {
         0 => (None, alone.collect()),
         1..=MAX_SINES_AT_ONCE => (Some(of_inputs), alone.collect()),
-        _ => (None, of_inputs.chunks(4).map(at_node).chain(alone).collect()),
+        _ => (None, of_inputs.chunks(SINES_PER_GROUP).map(at_node).chain(alone).collect()),
     }
 }
 
@@ -125,12 +128,12 @@ pub(crate) fn names(function: &Function) -> Vec<Name> {
     graph.nodes().iter().enumerate().map(name).collect()
 }
 
-/// Whether something reads this entry of an input.
+/// Whether a node or an output reads this entry of an input.
 pub(crate) fn is_read(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |_| true)
 }
 
-/// Whether something that is no sine or cosine reads this entry of an input.
+/// Whether an output, or a node other than a sine or cosine, reads this entry of an input.
 pub(crate) fn is_read_beside_sines(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |node| !matches!(node, Node::Sin(_) | Node::Cos(_)))
 }

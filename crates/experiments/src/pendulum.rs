@@ -1,5 +1,5 @@
-//! The fixture of the unit tests here and in `identification`: a pendulum, the smallest robot with inertia and gravity,
-//! which hangs on a fixed pivot. Whole arms are tested in the package `tests`.
+//! The test robot of the unit tests here and in `identification`: a pendulum on a fixed pivot, the smallest robot with inertia
+//! and gravity. Whole arms are tested in the package `tests`.
 
 use linear_model::parameter::BaseParameter;
 use linear_model::regressor::Regressor;

@@ -7,7 +7,7 @@
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
 //! c = sqrt a: a' += c' / (2 c);   c = sin a: a' += c' cos a;   c = cos a: a' -= c' sin a.
 //!
-//! The derivatives are exact but for rounding, and cost a few evaluations whatever the number of inputs.
+//! The derivatives are exact except for rounding, and cost a few evaluations independently of the number of inputs.
 
 use processor::{Work, widely};
 
@@ -19,20 +19,20 @@ use crate::graph::{Expr, Node};
 #[derive(Clone, Debug)]
 pub struct Adjoint {
     sums: Vec<Sum>,
-    /// What stands between the sums.
-    others: Vec<Other>,
-    /// The slots of constants, and these.
+    /// The operations between the sums.
+    others: Vec<NonSumOperation>,
+    /// The slots of constants, and the constants.
     constants: Vec<(usize, f64)>,
     /// The slot of each input.
     inputs: Vec<usize>,
-    /// The slot of each output entry that depends on an input, its sign, and its place among all.
+    /// The slot of each output entry that depends on an input, its sign, and its index among all entries.
     outputs: Vec<(usize, f64, usize)>,
     n_outputs: usize,
     slots: usize,
 }
 
-/// +-a b +- c to a slot. Sums and products are one operation, a 1 +- c and a b - 0, so that nothing waits for the processor
-/// to guess which of them comes next. They are those of [`Fusion`], but the product is rounded on every processor.
+/// +-a b +- c to a slot. Sums and products are one operation, a 1 +- c and a b - 0, so that there is no branch that the
+/// processor must predict. They are the operations of [`Fusion`], but the product is rounded on every processor.
 #[derive(Clone, Copy, Debug)]
 struct Sum {
     a: Signed,
@@ -41,7 +41,7 @@ struct Sum {
     to: u32,
 }
 
-/// Twice a slot, and one more where what it holds is subtracted: so a sum takes sixteen bytes.
+/// Twice a slot, plus one where its value is subtracted, so that a sum takes sixteen bytes.
 #[derive(Clone, Copy, Debug)]
 struct Signed(u32);
 
@@ -63,7 +63,7 @@ impl Signed {
 
 /// An operation that is no sum, after the first `after` sums.
 #[derive(Clone, Copy, Debug)]
-struct Other {
+struct NonSumOperation {
     after: usize,
     code: Code,
     to: usize,
@@ -72,13 +72,13 @@ struct Other {
 #[derive(Clone, Copy, Debug)]
 enum Code {
     Div(usize, usize),
-    /// Of an operand with a sign.
+    /// Square root of an operand with a sign.
     Sqrt(usize, f64),
     Sin(usize),
     Cos(usize),
 }
 
-/// Memory of one evaluation at a time; make one per thread.
+/// Memory for one evaluation at a time; create one per thread.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
     values: Vec<Lanes>,
@@ -88,29 +88,30 @@ pub struct AdjointWorkspace {
 
 type Lanes = [f64; ADJOINT_LANES];
 
-/// Samples computed side by side, so few that values and slopes of a 7R regressor stay in the second-level cache.
+/// Samples computed in SIMD lanes, few enough that values and slopes of a 7R regressor stay in the second-level cache.
 const ADJOINT_LANES: usize = 8;
 
-/// Copies of the constants that complete sums. The slope of each is a sum that waits for the one before, and is read by nobody.
-const COPIES: usize = 8;
+/// Copies of the constants 1 and -0 that complete sums. Their slopes are accumulated but never read; several copies avoid
+/// that each accumulation waits for the one before.
+const CONSTANT_COPIES: usize = 8;
 
 impl Adjoint {
-    /// The reverse of `function`; named constants take their values.
+    /// The reverse of `function`, with the values of its named constants.
     pub fn new(function: &Function) -> Adjoint {
         let function = function.bound();
         let graph = function.graph();
         let nodes = graph.nodes();
-        // Behind the nodes: ones, then zeros that leave the sign of a product as it is.
-        let one = |i: usize| (nodes.len() + i % COPIES) as u32;
-        let minus_zero = |i: usize| one(i) + COPIES as u32;
+        // Slots behind the nodes: ones, then zeros with a minus, which do not change the sign of a zero product.
+        let one = |i: usize| (nodes.len() + i % CONSTANT_COPIES) as u32;
+        let minus_zero = |i: usize| one(i) + CONSTANT_COPIES as u32;
         let mut constants: Vec<(usize, f64)> =
-            (0..COPIES).flat_map(|i| [(one(i) as usize, 1.0), (minus_zero(i) as usize, -0.0)]).collect();
+            (0..CONSTANT_COPIES).flat_map(|i| [(one(i) as usize, 1.0), (minus_zero(i) as usize, -0.0)]).collect();
         let (mut sums, mut others) = (Vec::new(), Vec::new());
         let fusion = Fusion::of(&function);
         for (i, &node) in nodes.iter().enumerate() {
             let slot = |e: Expr| e.node() as u32;
             let signed = |e: Expr| Signed::new(slot(e), e.is_negative());
-            let mut other = |code: Code| others.push(Other { after: sums.len(), code, to: i });
+            let mut other = |code: Code| others.push(NonSumOperation { after: sums.len(), code, to: i });
             let to = i as u32;
             match (fusion.operation_of(i), node) {
                 (Operation::Add(a, c), _) => sums.push(Sum { a: signed(a), b: one(i), c: signed(c), to }),
@@ -136,7 +137,7 @@ impl Adjoint {
             inputs: function.inputs.iter().flat_map(|i| &i.entries).map(|e| e.node()).collect(),
             outputs: varying.map(|(k, e)| (e.node(), sign(fusion.held(*e)), k)).collect(),
             n_outputs: all().count(),
-            slots: nodes.len() + 2 * COPIES,
+            slots: nodes.len() + 2 * CONSTANT_COPIES,
         }
     }
 
@@ -145,15 +146,15 @@ impl Adjoint {
         self.inputs.len()
     }
 
-    /// Memory for evaluations, to be used again by each.
+    /// Memory for evaluations, which each evaluation uses again.
     pub fn workspace(&self) -> AdjointWorkspace {
         let mut values = vec![[0.0; ADJOINT_LANES]; self.slots];
         self.constants.iter().for_each(|&(slot, x)| values[slot] = [x; ADJOINT_LANES]);
         AdjointWorkspace { values, slopes: vec![[0.0; ADJOINT_LANES]; self.slots] }
     }
 
-    /// `inputs.len() / n_inputs()` samples, one after the other in all three slices: inputs, one weight an output
-    /// entry, dL/dinput.
+    /// The gradients dL/dinput of `inputs.len() / n_inputs()` samples. The samples are consecutive in all three slices: the
+    /// inputs, one weight per output entry, and `gradient`.
     pub fn pull_back(&self, inputs: &[f64], weights: &[f64], work: &mut AdjointWorkspace, gradient: &mut [f64]) {
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs);
         if n_in == 0 || n_out == 0 {
@@ -161,7 +162,7 @@ impl Adjoint {
         }
         let samples = inputs.chunks(n_in * ADJOINT_LANES).zip(weights.chunks(n_out * ADJOINT_LANES));
         for ((inputs, weights), gradient) in samples.zip(gradient.chunks_mut(n_in * ADJOINT_LANES)) {
-            widely(Group { adjoint: self, inputs, weights, work, gradient });
+            widely(SampleGroup { adjoint: self, inputs, weights, work, gradient });
         }
     }
 
@@ -181,7 +182,7 @@ impl Adjoint {
         sum_up(&self.sums[done..], values);
     }
 
-    /// Operands stand before what uses them: from the end, each c' is complete when it is passed on.
+    /// Operands precede the nodes that use them: from the end, each c' is complete when it is added to its operands.
     #[inline(always)]
     fn backward(&self, values: &[Lanes], slopes: &mut [Lanes]) {
         let mut left = self.sums.len();
@@ -189,7 +190,7 @@ impl Adjoint {
             pass_on(&self.sums[other.after..left], values, slopes);
             left = other.after;
             let own = std::mem::take(&mut slopes[other.to]);
-            // Where nothing depends on it, a root of zero has no slope to ask for.
+            // A node with zero slope is skipped, also because the slope of a root of zero is infinite.
             if own == [0.0; ADJOINT_LANES] {
                 continue;
             }
@@ -211,8 +212,8 @@ impl Adjoint {
     }
 }
 
-/// Samples side by side, on their way there and back.
-struct Group<'a> {
+/// The forward and the backward pass of one group of samples in SIMD lanes.
+struct SampleGroup<'a> {
     adjoint: &'a Adjoint,
     inputs: &'a [f64],
     weights: &'a [f64],
@@ -220,12 +221,12 @@ struct Group<'a> {
     gradient: &'a mut [f64],
 }
 
-impl Work for Group<'_> {
+impl Work for SampleGroup<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Group { adjoint, inputs, weights, work: AdjointWorkspace { values, slopes }, gradient } = self;
+        let SampleGroup { adjoint, inputs, weights, work: AdjointWorkspace { values, slopes }, gradient } = self;
         let n_in = adjoint.n_inputs();
         let n = inputs.len() / n_in;
         // Lanes past the end repeat the last sample.
@@ -297,7 +298,7 @@ mod tests {
     use super::*;
     use crate::{Graph, Input, Output, SymbolKind, Tape};
 
-    /// All operations at once: sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero.
+    /// All operations: sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero.
     fn function() -> Function {
         let mut g = Graph::new();
         let (x, y) = (g.symbol("x", SymbolKind::Input), g.symbol("y", SymbolKind::Input));
@@ -330,7 +331,7 @@ mod tests {
                 let h = 1e-5;
                 let moved = |h: f64| if k == 0 { [x[0] + h, x[1]] } else { [x[0], x[1] + h] };
                 let slope = (value(moved(h), w) - value(moved(-h), w)) / (2.0 * h);
-                // Central differences err by h^2 and by eps/h; values are of order ten.
+                // The errors of central differences are h^2 and eps/h; values are of order ten.
                 assert!((gradient[2 * i + k] - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{i} {k}");
             }
         }

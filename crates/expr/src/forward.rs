@@ -1,13 +1,14 @@
-//! The forward mode of differentiation, as expressions: what entries become per unit of a change of symbols.
+//! The forward mode of differentiation, as expressions: the derivatives of entries along a change of symbols.
 //!
-//! With x' the change of a symbol, each node changes by (a + b)' = a' + b', (a b)' = a' b + a b', (a / b)' = (a' - (a / b) b') / b,
-//! sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a [Griewank, Walther 2008].
+//! With x' the change of a symbol, each node changes by (a + b)' = a' + b', (a b)' = a' b + a b',
+//! (a / b)' = (a' - (a / b) b') / b, sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a
+//! [Griewank, Walther 2008].
 
 use crate::graph::{Expr, Graph, Node};
 
 impl Graph {
-    /// The derivatives of `entries` along the change of symbols that `seeds` gives: symbol, its change. Other symbols keep
-    /// their values.
+    /// The derivatives of `entries` along a change of symbols; `seeds`: symbols with their changes. Other symbols do not
+    /// change.
     pub fn derivatives(&mut self, entries: &[Expr], seeds: &[(Expr, Expr)]) -> Vec<Expr> {
         let last = entries.iter().map(|e| e.node()).max().unwrap_or(0);
         // The nodes that the entries need.
@@ -18,7 +19,7 @@ impl Graph {
                 crate::function::operands(self.nodes()[n]).for_each(|e| needed[e.node()] = true);
             }
         }
-        // x' of the symbols; the others keep their values.
+        // x' of the symbols; zero for the others.
         let mut slopes = vec![Expr::ZERO; last + 1];
         for (symbol, change) in seeds {
             if let Some(slope) = slopes.get_mut(symbol.node()) {

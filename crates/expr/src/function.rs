@@ -1,4 +1,4 @@
-//! A function: named inputs -> named outputs, over a graph of what they need and nothing else.
+//! A function: named inputs -> named outputs, with a graph of only the nodes that the outputs need.
 
 use std::collections::BTreeMap;
 
@@ -27,9 +27,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries, block by block and each block row by row. Adjacent columns with the same last row that is not zero
+    /// The entries, block by block and each block row by row. Adjacent columns whose last non-zero entries are in one row
     /// form a block. In a regressor these are the columns of one link: they read its motion, and row by row the twist of one
-    /// coordinate. So few values have to be kept in registers.
+    /// coordinate. So only few values must be kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();
@@ -46,9 +46,9 @@ impl Output {
 pub struct Function {
     /// Name in generated code: `base_regressor`.
     pub name: String,
-    /// In the order of the arguments.
+    /// The inputs, in the order of the arguments.
     pub inputs: Vec<Input>,
-    /// In the order of the arguments, after the inputs.
+    /// The outputs, in the order of the arguments, after the inputs.
     pub outputs: Vec<Output>,
     graph: Graph,
 }
@@ -65,13 +65,13 @@ pub struct Count {
     pub sin_cos: usize,
 }
 
-/// Where a function can be evaluated: f64, a finite field, polynomials.
+/// An algebra in which a function can be evaluated: f64, a finite field, polynomials.
 pub trait Algebra {
     /// An element of the algebra.
     type Value: Clone;
-    /// The element that is the number x.
+    /// The element for the number x.
     fn constant(&mut self, x: f64) -> Self::Value;
-    /// The element that stands for an input or a named constant.
+    /// The element for an input or a named constant.
     fn symbol(&mut self, symbol: Symbol) -> Self::Value;
     /// Sine of the argument at this node; one argument's sine and cosine belong together.
     fn sin(&mut self, argument: Expr) -> Self::Value;
@@ -91,17 +91,17 @@ pub trait Algebra {
     fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
 }
 
-/// What [`Function::telling_places`] finds.
+/// The result of [`Function::sparsity_pattern`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct TellingPlaces {
-    /// Row and column.
+pub struct SparsityPattern {
+    /// Row and column of each entry.
     pub places: Vec<(usize, usize)>,
-    /// Whether the output is its own transpose: what is below the diagonal is not in the places.
+    /// Whether the output is symmetric: then the places have no entries below the diagonal.
     pub is_symmetric: bool,
 }
 
 impl Function {
-    /// Keeps the part of `graph` that the outputs need.
+    /// A function with the nodes of `graph` that the outputs need.
     pub fn new(name: &str, graph: &Graph, inputs: Vec<Input>, outputs: Vec<Output>) -> Function {
         debug_assert!(outputs.iter().all(|o| o.entries.len() == o.rows * o.columns));
         Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
@@ -112,7 +112,7 @@ impl Function {
         &self.graph
     }
 
-    /// The same function with every named constant replaced by its value, and folded.
+    /// This function with every named constant replaced by its value, and folded.
     pub fn bound(&self) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match self.graph.symbols()[s.0 as usize].1 {
             SymbolKind::Constant(x) => Some(x),
@@ -120,7 +120,7 @@ impl Function {
         })
     }
 
-    /// The same function with every named constant replaced by its value but those whose name is kept.
+    /// This function with named constants replaced by their values, except constants for whose names `is_kept` holds.
     pub fn bound_except(&self, is_kept: &dyn Fn(&str) -> bool) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match &self.graph.symbols()[s.0 as usize] {
             (name, SymbolKind::Constant(x)) if !is_kept(name) => Some(*x),
@@ -128,7 +128,7 @@ impl Function {
         })
     }
 
-    /// The same function with these named constants as one more input, `input`, after the others.
+    /// This function with the named constants `names` as one more input, `input`, after the others.
     pub fn with_constants_as_input(&self, input: &str, names: &[String]) -> Function {
         let mut graph = self.graph.clone();
         let entries = names.iter().map(|name| graph.constant_as_input(name)).collect();
@@ -137,7 +137,7 @@ impl Function {
         function.rebuilt(&graph, &|_| None)
     }
 
-    /// The named constants that are still symbols, in the order they were made, each with its value.
+    /// The named constants that are still symbols, in the order of their creation, each with its value.
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();
         let mut found: Vec<(Symbol, (Expr, String, f64))> = nodes
@@ -153,7 +153,7 @@ impl Function {
         found.into_iter().map(|(_, constant)| constant).collect()
     }
 
-    /// The same function with the entries at these places of one output alone, in one column; the other outputs are gone.
+    /// This function with one output, a column of the entries at `places` of the output with the index `output`.
     pub fn with_entries(&self, output: usize, places: &[(usize, usize)]) -> Function {
         let o = &self.outputs[output];
         let entries: Vec<Expr> = places.iter().map(|(row, column)| o.entries[row * o.columns + column]).collect();
@@ -161,12 +161,12 @@ impl Function {
         Function { outputs: vec![kept], ..self.outline() }.rebuilt(&self.graph, &|_| None)
     }
 
-    /// The function with an input set to zero. The input and everything that depends on it alone are removed.
+    /// This function, with a new name, with an input set to zero. The input and all nodes that depend only on it are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         self.at_input(name, input, &[])
     }
 
-    /// The function at these values of an input, which is removed; missing values are zero.
+    /// This function, with a new name, at `values` of an input, which is removed; missing values are zero.
     pub fn at_input(&self, name: &str, input: &str, values: &[f64]) -> Function {
         let Function { inputs, outputs, .. } = self.outline();
         let (gone, inputs): (Vec<Input>, Vec<Input>) = inputs.into_iter().partition(|i| i.name == input);
@@ -177,8 +177,8 @@ impl Function {
         outline.rebuilt(&self.graph, &|s| values.get(&s).copied())
     }
 
-    /// These columns of one output, in this order, as a function of that output alone. Every input
-    /// stays, even where nothing reads it.
+    /// The given columns of one output, in this order, as a function with this output alone. All inputs
+    /// stay, even if they are not read.
     pub fn with_columns(&self, name: &str, output: usize, columns: &[usize]) -> Function {
         let o = &self.outputs[output];
         let entries =
@@ -188,26 +188,26 @@ impl Function {
             .rebuilt(&self.graph, &|_| None)
     }
 
-    /// Row and column of each entry of an output that is not zero whatever the inputs are, row by row.
+    /// Row and column of each entry of an output that is not identically zero, row by row.
     pub fn non_zeros(&self, output: usize) -> Vec<(usize, usize)> {
         let o = &self.outputs[output];
         let places = o.entries.iter().enumerate().filter(|(_, e)| !e.is_zero());
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The places of an output that tell all of it, row by row: of a matrix that is its own transpose the upper triangle,
-    /// and none that is zero whatever the inputs are.
-    pub fn telling_places(&self, output: usize) -> TellingPlaces {
+    /// The places of the entries that determine an output, row by row: without entries that are identically zero, and of a
+    /// symmetric matrix only the upper triangle.
+    pub fn sparsity_pattern(&self, output: usize) -> SparsityPattern {
         let o = &self.outputs[output];
         let at = |row: usize, column: usize| o.entries[row * o.columns + column];
         let mirrored = |row: usize| (0..row).all(|column| at(row, column) == at(column, row));
         let is_symmetric = o.rows == o.columns && o.rows > 1 && (0..o.rows).all(mirrored);
         let mut places = self.non_zeros(output);
         places.retain(|(row, column)| !is_symmetric || row <= column);
-        TellingPlaces { places, is_symmetric }
+        SparsityPattern { places, is_symmetric }
     }
 
-    /// The same operations, but the one output has only the entries of these places, in one column.
+    /// A function with the same operations whose first output has only the entries of `places`, in one column.
     pub fn at_places(&self, name: &str, places: &[(usize, usize)]) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
         function.name = name.to_string();
@@ -223,15 +223,15 @@ impl Function {
         Function { name, inputs, outputs, graph: Graph::new() }
     }
 
-    /// `self` with its graph made anew from what it needs of `old`, symbols replaced where `value`
-    /// gives a number. Symbols and inputs keep their places even where nothing reads them.
+    /// `self` with a new graph of the nodes of `old` that it needs, with symbols replaced where `value`
+    /// gives a number. Symbols and inputs keep their places even if they are not read.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
         if old.keeps_names() {
             new = new.with_names();
         }
         let mut map = vec![Expr::ZERO; old.nodes().len()];
-        // Node by node, operands first: simplified again, since a number may have taken a symbol's place.
+        // Node by node, operands first: simplified again, since a number may have replaced a symbol.
         for n in self.schedule(old) {
             let node = old.nodes()[n];
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());
@@ -264,8 +264,8 @@ impl Function {
         self
     }
 
-    /// The nodes of `graph` that the outputs need, each after its operands and just before its first use. Outputs go block by
-    /// block.
+    /// The nodes of `graph` that the outputs need, each after its operands and just before its first use, for the outputs
+    /// block by block.
     fn schedule(&self, graph: &Graph) -> Vec<usize> {
         let mut order = Vec::new();
         let mut seen = vec![false; graph.nodes().len()];
@@ -287,7 +287,7 @@ impl Function {
         order
     }
 
-    /// A number that tells functions apart: FNV-1a over the graph, the inputs and the outputs. Equal
+    /// A number that distinguishes functions: FNV-1a over the graph, the inputs and the outputs. Equal
     /// functions with equal constants have equal fingerprints, on every machine.
     pub fn fingerprint(&self) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -352,7 +352,7 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
-                // A square root is not odd, so the sign of its argument stays inside.
+                // A square root is not odd, so the sign of its argument stays in the argument.
                 Node::Sqrt(a) if a.is_negative() => {
                     let argument = algebra.neg(&values[a.node()]);
                     algebra.sqrt(&argument)

@@ -1,12 +1,12 @@
-//! Which product is fused into which sum: the operations of a function as every target performs them.
+//! The fusion of products into sums: the operations of a function that every target performs.
 //!
-//! A product that one sum alone reads is fused into it, a b + c. A processor does this in one operation and with one
-//! rounding. Of two such products of a sum, the one that is computed later is fused. A product that only sums read is
-//! fused into all of them if none of them takes up another: then nobody has to make the product. The tape, generated Rust
-//! and generated C perform these operations in this order.
+//! A product that only one sum reads is fused into it, a b + c. A processor does this in one operation and with one
+//! rounding. Of two such products of a sum, the product that is computed later is fused. A product that only sums read is
+//! fused into all of them if none of them has another fused product: then the product itself is not computed. The tape,
+//! generated Rust and generated C perform these operations in this order.
 //!
-//! Where most outputs store a sum with a minus, the node holds the negative of the sum if that costs nothing. In
-//! a b + c every sign is free, in a - b the two are exchanged.
+//! Where most outputs store a sum with a minus, the node holds the negative of the sum if that costs no operation. In
+//! a b + c every sign is free, in a - b the two operands are exchanged.
 
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node};
@@ -14,7 +14,7 @@ use crate::graph::{Expr, Node};
 /// The operation that computes a node. Its handles, with their signs, refer to the values held at their nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operation {
-    /// Nothing: a number, an input, a sine or a cosine, or a product that is part of a sum.
+    /// No operation: a number, an input, a sine or a cosine, or a product that is fused into sums.
     None,
     /// a + b; only b may be negative.
     Add(Expr, Expr),
@@ -34,16 +34,16 @@ pub struct Fusion {
     operations: Vec<Operation>,
     /// Whether the negative of the node is held.
     negated: Vec<bool>,
-    /// Number of products that are part of sums and made nowhere else.
+    /// Number of products that exist only within sums.
     products: usize,
 }
 
 impl Fusion {
-    /// Decides for every sum of `function`.
+    /// The operations of `function`.
     pub fn of(function: &Function) -> Fusion {
         let nodes = function.graph().nodes();
         let uses = Uses::of(function);
-        // Decided before any operation is written, since a product comes before its sum.
+        // Determined before the operations, since a product precedes its sum.
         let (taken_up, is_part) = products_taken_up(nodes, &uses);
         let mut fusion = Fusion {
             operations: vec![Operation::None; nodes.len()],
@@ -59,8 +59,8 @@ impl Fusion {
         fusion
     }
 
-    /// The operation of a node whose operands are settled, and whether it gives the negative. `wanted` asks for the
-    /// negative, where it costs nothing.
+    /// The operation of a node with known operations of its operands, and whether it gives the negative. `wanted`: whether
+    /// the negative is preferred, where it costs no operation.
     fn operation(&self, nodes: &[Node], node: Node, product: Option<Expr>, wanted: bool) -> (Operation, bool) {
         let held = |e: Expr| self.held(e);
         match (node, product) {
@@ -109,18 +109,18 @@ impl Fusion {
         a.into_iter().chain(b).chain(c)
     }
 
-    /// Number of sums that have a product in them.
+    /// Number of sums with a fused product.
     pub fn fused_sums(&self) -> usize {
         self.operations.iter().filter(|o| matches!(o, Operation::MulAdd(..))).count()
     }
 
-    /// Number of products that are part of sums, one or several, and made nowhere else.
+    /// Number of products that exist only within one or several sums.
     pub fn fused_products(&self) -> usize {
         self.products
     }
 }
 
-/// The product that each sum takes up, and which nodes are such products.
+/// The product that is fused into each sum, and whether each node is such a product.
 fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<bool>) {
     let mut depth = vec![0_usize; nodes.len()];
     let mut taken_up = vec![None; nodes.len()];
@@ -140,7 +140,7 @@ fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<boo
         }
     }
     for (product, sums) in readers.iter().enumerate() {
-        // Of a product added to itself, one of the two would stay.
+        // A product added to itself would still be needed as the addend.
         let is_free =
             |&(n, _): &(usize, Expr)| taken_up[n].is_none() && operands(nodes[n]).any(|e| e.node() != product);
         if sums.len() > 1 && sums.len() == uses.count[product] && sums.iter().all(is_free) {
@@ -157,7 +157,7 @@ fn signed(e: Expr, negative: bool) -> Expr {
     if negative { -e.abs() } else { e.abs() }
 }
 
-/// How often each node is read, and how often it is stored with either sign.
+/// The number of times that each node is read, and that it is stored with each sign.
 struct Uses {
     count: Vec<usize>,
     positive: Vec<usize>,
@@ -194,7 +194,7 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// All operations but `None`, and the first output by its held value.
+    /// All operations except `None`, and the first output in terms of its held value.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);
@@ -229,7 +229,7 @@ mod tests {
         let f = function(|g, [a, b, c, d]| {
             let ab = g.mul(a, b);
             let cd = g.mul(c, d);
-            // Stored itself; the addend of a product that is read once; added to itself.
+            // The product is stored itself, and is the addend of a product that is read once.
             vec![ab, g.add(c, ab), g.sub(d, ab), g.add(cd, ab)]
         });
         let (all, _) = operations(&f);

@@ -1,9 +1,9 @@
-//! The graph: every subexpression once, signs on the handles.
+//! The graph: every subexpression once, with signs in the handles.
 //!
-//! Normal form. A node is never negative: the sign lives in the handle. A sum's first operand is
-//! positive, operands of sums and products stand in the order of their creation, constants first.
-//! Zeros, ones, x - x, and constants among themselves are folded as the nodes are made, so that a
-//! 6e-17 never stands where a zero should.
+//! Normal form. A node is never negative: the sign is in the handle. The first operand of a sum is
+//! positive; operands of sums and products are in the order of their creation, constants first.
+//! Zeros, ones, x - x, and operations of constants are folded when the nodes are created, so that an exact
+//! zero never becomes 6e-17.
 
 use rustc_hash::FxHashMap;
 
@@ -30,12 +30,12 @@ impl Expr {
         (self.0 >> 1) as usize
     }
 
-    /// Whether the handle carries a minus.
+    /// Whether the handle has a minus.
     pub fn is_negative(self) -> bool {
         self.0 & 1 == 1
     }
 
-    /// Whether it is the constant 0, which is one node with one sign.
+    /// Whether it is the constant 0, which has one node and no minus.
     pub fn is_zero(self) -> bool {
         self == Expr::ZERO
     }
@@ -61,7 +61,7 @@ impl std::ops::Neg for Expr {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Symbol(pub u32);
 
-/// The role of a symbol in the function it stands in.
+/// The role of a symbol in a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SymbolKind {
     /// Given at each evaluation.
@@ -91,7 +91,7 @@ pub enum Node {
     Sqrt(Expr),
 }
 
-/// A growing set of nodes, operands before what uses them.
+/// A growing list of nodes; operands precede the nodes that use them.
 #[derive(Clone, Debug)]
 pub struct Graph {
     nodes: Vec<Node>,
@@ -99,7 +99,7 @@ pub struct Graph {
     varies: Vec<bool>,
     symbols: Vec<(String, SymbolKind)>,
     known: FxHashMap<Key, u32>,
-    /// What readers of formulas call a node, and whether the name is that of its negative; `None` where nobody reads.
+    /// The name of a node in formulas, and whether it is the name of its negative; `None` where names are not kept.
     names: Option<FxHashMap<u32, (String, bool)>>,
 }
 
@@ -126,12 +126,12 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// A graph of the constants 0 and 1 alone.
+    /// A graph with only the constants 0 and 1.
     pub fn new() -> Graph {
         Graph::with_symbols(Vec::new())
     }
 
-    /// An empty graph that knows these symbols.
+    /// A graph with only the constants 0 and 1, and with `symbols` defined.
     pub fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
         let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default(), names: None };
         g.intern(Node::Constant(0.0));
@@ -139,7 +139,7 @@ impl Graph {
         g
     }
 
-    /// The same graph, which from now on keeps the names of its nodes.
+    /// This graph, which from now on keeps the names of its nodes.
     pub fn with_names(self) -> Graph {
         Graph { names: Some(self.names.unwrap_or_default()), ..self }
     }
@@ -149,8 +149,7 @@ impl Graph {
         self.names.is_some()
     }
 
-    /// Calls an expression by a name, where names are kept and its node has none yet. Numbers and symbols have no
-    /// need of one.
+    /// Names an expression, where names are kept and its node has no name yet. Numbers and symbols get no name.
     pub fn name(&mut self, e: Expr, name: impl FnOnce() -> String) {
         if matches!(self.node(e), Node::Constant(_) | Node::Symbol(_)) {
             return;
@@ -160,7 +159,7 @@ impl Graph {
         }
     }
 
-    /// The name of a node, and whether it is that of its negative.
+    /// The name of a node, and whether it is the name of its negative; `None` where it has no name.
     pub fn name_of(&self, node: usize) -> Option<(&str, bool)> {
         let (name, negative) = self.names.as_ref()?.get(&(node as u32))?;
         Some((name, *negative))
@@ -171,12 +170,12 @@ impl Graph {
         &self.nodes
     }
 
-    /// The node behind a handle; its sign is the handle's.
+    /// The node of a handle, without the sign of the handle.
     pub fn node(&self, e: Expr) -> Node {
         self.nodes[e.node()]
     }
 
-    /// Names and kinds of the symbols, in the order they were made.
+    /// Names and kinds of the symbols, in the order of their creation.
     pub fn symbols(&self) -> &[(String, SymbolKind)] {
         &self.symbols
     }
@@ -205,14 +204,14 @@ impl Graph {
         Expr::new(n as usize, false)
     }
 
-    /// A new symbol. Names are for people: two symbols may share one.
+    /// A new symbol. Names are only for display: two symbols may have one name.
     pub fn symbol(&mut self, name: &str, kind: SymbolKind) -> Expr {
         self.symbols.push((name.to_string(), kind));
         self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
     }
 
-    /// The named constant of this name, from now on an input; a new one where there is none. Nodes that are there keep
-    /// the place that they had among constants, until the graph is made anew.
+    /// The named constant of this name, from now on an input; a new input where there is no such constant. Existing nodes
+    /// keep the order of operands for constants until the graph is rebuilt.
     pub(crate) fn constant_as_input(&mut self, name: &str) -> Expr {
         let is = |(known, kind): &(String, SymbolKind)| known == name && *kind != SymbolKind::Input;
         match self.symbols.iter().position(is) {
@@ -237,7 +236,7 @@ impl Graph {
         self.intern(Node::Constant(x.abs())).with_sign(x < 0.0)
     }
 
-    /// The f64 of an expression that is a constant node.
+    /// The f64 of a constant; `None` for other expressions.
     pub fn as_constant(&self, e: Expr) -> Option<f64> {
         match self.node(e) {
             Node::Constant(x) => Some(if e.is_negative() { -x } else { x }),
@@ -245,8 +244,8 @@ impl Graph {
         }
     }
 
-    /// a + b, folded where both are numbers, and 2 a where they are the same. b + a is the same node, and so is -a - b
-    /// but for the sign.
+    /// a + b, folded where both are numbers, and 2 a where they are equal. b + a has the same node, and -a - b has it with
+    /// the opposite sign.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
             return b;
@@ -274,7 +273,7 @@ impl Graph {
         self.add(a, -b)
     }
 
-    /// a b: folded where both are numbers, the signs taken out.
+    /// a b: folded where both are numbers, with the signs in the handle.
     pub fn mul(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() || b.is_zero() {
             return Expr::ZERO;
@@ -304,7 +303,7 @@ impl Graph {
         self.intern(Node::Mul(a, b)).with_sign(negative)
     }
 
-    /// Orders two operands: numbers before named constants before the rest, then by age.
+    /// Orders two operands: numbers, then named constants, then others; each in the order of creation.
     fn constant_first(&self, a: Expr, b: Expr) -> (Expr, Expr) {
         let rank = |e: Expr| match self.node(e) {
             Node::Constant(_) => 0,
@@ -331,7 +330,7 @@ impl Graph {
         self.intern(Node::Div(a, b)).with_sign(negative)
     }
 
-    /// Square root; of a negative number NaN.
+    /// Square root; NaN for a negative number.
     pub fn sqrt(&mut self, a: Expr) -> Expr {
         match self.as_constant(a) {
             Some(x) => self.constant(libm::sqrt(x)),
@@ -339,7 +338,7 @@ impl Graph {
         }
     }
 
-    /// sin(-x) = -sin(x).
+    /// Sine, with sin(-x) = -sin(x).
     pub fn sin(&mut self, a: Expr) -> Expr {
         match self.as_constant(a.abs()) {
             Some(x) => self.constant(libm::sin(x)).with_sign(a.is_negative()),
@@ -347,7 +346,7 @@ impl Graph {
         }
     }
 
-    /// cos(-x) = cos(x).
+    /// Cosine, with cos(-x) = cos(x).
     pub fn cos(&mut self, a: Expr) -> Expr {
         match self.as_constant(a.abs()) {
             Some(x) => self.constant(libm::cos(x)),

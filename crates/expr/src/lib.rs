@@ -1,15 +1,16 @@
 //! Hash-consed expression graphs, their evaluation and their operation counts.
 //!
-//! A [`Graph`] holds every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs
-//! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
+//! A [`Graph`] contains every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs no
+//! operation and x - y and y - x share a node. A [`Function`] has named inputs and named outputs: it is the
 //! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`], [`Graph::derivatives`]), of evaluation in another algebra
 //! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
-//! makes a file. [`fewest_operations`] chooses between ways to write entries. [`Fusion`] says which products are fused into sums: the tape and generated code perform the same operations. Nothing here knows robots.
+//! is a file. [`fewest_operations`] chooses among alternative forms of entries. [`Fusion`] determines the products that are
+//! fused into sums: the tape and generated code perform equal operations. This package is independent of robots.
 
 #![warn(missing_docs)]
 
 mod adjoint;
-mod choice;
+mod cheapest_forms;
 mod forward;
 mod function;
 mod fusion;
@@ -21,10 +22,10 @@ mod tape;
 mod tape_operation;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};
-pub use choice::{Move, fewest_operations};
-pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, operands};
+pub use cheapest_forms::{FormChange, fewest_operations};
+pub use function::{Algebra, Count, Function, Input, Output, SparsityPattern, operands};
 pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
-pub use module::{Constant, Documented, Entries, Module, Value};
+pub use module::{Constant, ConstantValue, Documented, Entries, Module};
 pub use sine::SINE_SOURCE;
 pub use tape::{LaneOutputs, Tape, Workspace};

@@ -1,36 +1,36 @@
 //! Functions that share a file, with the comments for the reader of that file.
 
-use crate::function::{Function, TellingPlaces};
+use crate::function::{Function, SparsityPattern};
 
-/// The content of one generated file, in whatever language.
+/// The content of one generated file, independent of its language.
 #[derive(Clone, Debug)]
 pub struct Module {
-    /// Lower-case letters, digits and underscores, a letter first.
+    /// Name of lower-case letters, digits and underscores, a letter first.
     pub name: String,
     /// Lines of the file's head.
     pub doc: Vec<String>,
-    /// In the order of the file.
+    /// The constants in the order of the file.
     pub constants: Vec<Constant>,
-    /// In the order of the file, after the constants.
+    /// The functions in the order of the file, after the constants.
     pub functions: Vec<Documented>,
-    /// Whether the file also holds a controller that calls its functions `inverse_dynamics` and `gravity`.
+    /// Whether the file also contains a controller that calls its functions `inverse_dynamics` and `gravity`.
     pub has_controller: bool,
 }
 
 /// A constant of the file.
 #[derive(Clone, Debug)]
 pub struct Constant {
-    /// Upper-case letters, digits and underscores.
+    /// Name of upper-case letters, digits and underscores.
     pub name: String,
-    /// One line that says what it is.
+    /// One line with its meaning.
     pub doc: String,
     /// Its value.
-    pub value: Value,
+    pub value: ConstantValue,
 }
 
 /// The value of a [`Constant`].
 #[derive(Clone, Debug)]
-pub enum Value {
+pub enum ConstantValue {
     /// One text.
     Text(String),
     /// A list of texts.
@@ -44,25 +44,25 @@ pub enum Value {
 /// A function and the lines above it: its equation, shapes and units.
 #[derive(Clone, Debug)]
 pub struct Documented {
-    /// One entry a line.
+    /// The lines.
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
-    /// What a second function of the file writes alone, where it has one. Such a function has one output.
+    /// The entries that a second function of the file writes, where there is one. Such a function has one output.
     pub entries: Option<Entries>,
 }
 
-/// The entries of a matrix that a function of their own writes.
+/// The entries of a matrix that a separate function writes.
 #[derive(Clone, Debug)]
 pub struct Entries {
-    /// The constant that lists their places: upper-case letters and underscores.
+    /// Name of the constant that lists their places: upper-case letters and underscores.
     pub list: String,
     /// The places.
-    pub of: TellingPlaces,
+    pub of: SparsityPattern,
 }
 
 impl Module {
-    /// An empty module; `name` is made an identifier.
+    /// An empty module; `name` is converted to an identifier.
     pub fn new(name: &str) -> Module {
         Module {
             name: identifier(name),
@@ -73,17 +73,17 @@ impl Module {
         }
     }
 
-    /// Adds a constant with its line.
-    pub fn constant(&mut self, name: &str, doc: &str, value: Value) {
+    /// Adds a constant with its comment line.
+    pub fn constant(&mut self, name: &str, doc: &str, value: ConstantValue) {
         self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
     }
 
-    /// Adds a function with the lines of `doc`, and beside it the one of the entries that tell all of it, where these are
-    /// fewer than all of a matrix.
+    /// Adds a function with the lines of `doc`. Where fewer entries than all determine its matrix, a second function writes
+    /// these entries.
     pub fn function(&mut self, doc: &str, function: Function) {
         let entries = match &function.outputs[..] {
             [o] if o.columns > 1 => {
-                let (of, list) = (function.telling_places(0), function.name.to_ascii_uppercase() + "_PLACES");
+                let (of, list) = (function.sparsity_pattern(0), function.name.to_ascii_uppercase() + "_PLACES");
                 (of.places.len() < o.entries.len()).then_some(Entries { list, of })
             }
             _ => None,
@@ -91,15 +91,15 @@ impl Module {
         self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 
-    /// Adds the base regressor: the places of its entries are `NON_ZEROS`, however many they are.
+    /// Adds the base regressor; the places of its non-zero entries are `NON_ZEROS`.
     pub fn regressor(&mut self, doc: &str, function: Function) {
-        let of = TellingPlaces { places: function.non_zeros(0), is_symmetric: false };
+        let of = SparsityPattern { places: function.non_zeros(0), is_symmetric: false };
         let entries = Some(Entries { list: "NON_ZEROS".into(), of });
         self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 }
 
-/// `name` as an identifier: lower case, anything else an underscore, a letter first.
+/// `name` as an identifier: in lower case, with underscores for other characters, a letter first.
 fn identifier(name: &str) -> String {
     let mut identifier: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

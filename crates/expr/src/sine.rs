@@ -3,7 +3,7 @@
 //! Reduction to [-pi/4, pi/4] by three parts of pi/2 [Cody, Waite 1980], then the minimax polynomials of fdlibm. Within
 //! 2e-16 for |x| < 2^27, NaN beyond. `codegen` copies the statements from here.
 
-/// The text of this file: the statements of `sin_cos`, from `angle` and `fused` to sine and cosine, stand in generated files.
+/// The text of this file. Generated files contain the statements of `sin_cos`, from `angle` and `fused` to sine and cosine.
 pub const SINE_SOURCE: &str = include_str!("sine.rs");
 
 /// Sine and cosine of an angle, rad; `fused` is a b + c, rounded once or twice.
@@ -44,7 +44,7 @@ mod tests {
         for k in -4000..=4000 {
             let x = f64::from(k) * 0.0317;
             for (s, c) in [sin_cos(x, f64::mul_add), sin_cos(x, |a, b, c| a * b + c)] {
-                // 2e-16 as the head says, and half an ulp of the library's own.
+                // 2e-16 as documented above, and half an ulp for the error of the library.
                 assert!((s - x.sin()).abs() < 2.6e-16 && (c - x.cos()).abs() < 2.6e-16, "{x}");
             }
         }

@@ -1,10 +1,10 @@
-//! The slots in which a tape holds the values of nodes. A slot is reused as soon as its value is dead.
+//! The slots in which a tape holds the values of nodes. A slot is reused after the last use of its value.
 
 use crate::function::{Function, operands};
 use crate::fusion::Fusion;
 use crate::graph::{Expr, Node};
 
-/// For each sine the cosine of the same angle, and the other way round: the two are one operation, at the place of the
+/// For each sine the cosine of its angle, and for each cosine the sine: the two are one operation, at the place of the
 /// first.
 pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut partner = vec![None; nodes.len()];
@@ -20,7 +20,7 @@ pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     partner
 }
 
-/// For each node the last one that reads it. Inputs and outputs stay alive to the end.
+/// For each node the last node that reads it. Inputs and outputs are kept to the end.
 pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     let nodes = function.graph().nodes();
     let partner = partners(nodes);
@@ -40,7 +40,7 @@ pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     last_use
 }
 
-/// The slots of a tape, as they are taken and given back.
+/// The allocation of the slots of a tape.
 pub(crate) struct Slots {
     free: Vec<u32>,
     n_slots: usize,
@@ -48,7 +48,7 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// No slot yet, for this many nodes.
+    /// No slot taken yet, for `nodes` nodes.
     pub(crate) fn new(nodes: usize) -> Slots {
         Slots { free: Vec::new(), n_slots: 0, slot: vec![None; nodes] }
     }
@@ -58,36 +58,36 @@ impl Slots {
         self.n_slots
     }
 
-    /// Where a node is held, if it is.
+    /// The slot of a node; `None` where it has none.
     pub(crate) fn of(&self, node: usize) -> Option<u32> {
         self.slot[node]
     }
 
-    /// The node's slot may be taken by another.
+    /// Releases the slot of a node.
     pub(crate) fn give_back(&mut self, node: usize) {
         self.free.extend(self.slot[node]);
     }
 
-    /// Where the node behind `e` is held.
+    /// The slot of the node of `e`, which must have one.
     pub(crate) fn at(&self, e: Expr) -> u32 {
         self.slot[e.node()].expect("operands come first")
     }
 
-    /// A slot for the node.
+    /// Takes a slot for a node.
     pub(crate) fn take(&mut self, node: usize) -> u32 {
         let slot = self.next();
         self.slot[node] = Some(slot);
         slot
     }
 
-    /// A slot for one operation: its content is never read, and the next operation may take it.
+    /// Takes a slot for one operation: its content is never read, and the next operation may take it.
     pub(crate) fn take_for_now(&mut self) -> u32 {
         let slot = self.next();
         self.free.push(slot);
         slot
     }
 
-    /// A slot that no node has.
+    /// Takes a slot that no node can get.
     pub(crate) fn take_for_ever(&mut self) -> u32 {
         self.next()
     }

@@ -3,23 +3,23 @@
 //! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the working set stays
 //! in the cache.
 //!
-//! The interpreter computes eight samples side by side, in its vector registers.
+//! The interpreter computes eight samples at a time, in SIMD lanes of the vector registers.
 //!
-//! The operations are those of [`Fusion`], as in generated code. Where the processor fuses a product with a sum, the
+//! [`Fusion`] decides the operations, as in generated code. Where the processor fuses a product with a sum, the
 //! tape gives the same bits as the compiled function. On other processors both round the product first.
 
 use crate::function::Function;
 use crate::fusion::Fusion;
 use crate::graph::{Expr, Node, SymbolKind};
 use crate::slots::{Slots, last_uses, partners};
-use crate::tape_operation::{Code, Other, Scheduled, Sum, Units, run_other, run_sums};
+use crate::tape_operation::{Code, NonSumOperation, Scheduled, Sum, Units, run_other, run_sums};
 
 /// A function ready to run.
 #[derive(Clone, Debug)]
 pub struct Tape {
     sums: Vec<Sum>,
-    /// What stands between the sums.
-    others: Vec<Other>,
+    /// Operations between the sums: division, root, sine with cosine.
+    others: Vec<NonSumOperation>,
     /// Constants, written to their slots before the first evaluation.
     constants: Vec<(u32, f64)>,
     /// Slot of each input, in the order of the function's inputs.
@@ -29,19 +29,21 @@ pub struct Tape {
     n_slots: usize,
 }
 
-/// Memory of one evaluation at a time; make one per thread.
+/// Memory of one evaluation at a time; each thread needs its own.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// One sample, twice: of a pair the sign is turned in the register where it is multiplied, of a single number not.
+    /// One sample, stored twice: the sign of a pair changes inside the vector register that multiplies it, while a single
+    /// number would leave the register.
     one: Vec<[f64; 2]>,
     many: Vec<[f64; Tape::LANES]>,
 }
 
 impl Tape {
-    /// Samples computed side by side: two registers of AVX2 an operand. The slots of a 7R regressor stay in the nearest cache.
+    /// SIMD lanes: samples computed at a time. Each operand takes two AVX2 registers, and the slots of a 7R regressor stay in
+    /// the nearest cache.
     pub const LANES: usize = 8;
 
-    /// Schedules `function`; named constants take their values.
+    /// Schedules `function`, with the values of its named constants.
     pub fn new(function: &Function) -> Tape {
         let bound = function.bound();
         let nodes = bound.graph().nodes();
@@ -65,7 +67,7 @@ impl Tape {
                     debug_assert_eq!(bound.graph().symbols()[s.0 as usize].1, SymbolKind::Input);
                     slots.take(i);
                 }
-                // Sine and cosine of one angle are one operation, at whichever of them stands first.
+                // Sine and cosine of one angle are one operation, at the earlier of the two nodes.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
                     let of = slots.at(a);
                     if last_use[a.node()] == i {
@@ -77,7 +79,7 @@ impl Tape {
                         None => slots.take_for_now(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
-                    others.push(Other { after: sums.len(), code: Code::SinCos, a: of, b: cosine, to: sine });
+                    others.push(NonSumOperation { after: sums.len(), code: Code::SinCos, a: of, b: cosine, to: sine });
                 }
                 _ => {}
             }
@@ -93,7 +95,7 @@ impl Tape {
                     sum.to = to;
                     sums.push(sum);
                 }
-                Scheduled::Other(other) => others.push(Other { after: sums.len(), to, ..other }),
+                Scheduled::Other(other) => others.push(NonSumOperation { after: sums.len(), to, ..other }),
             }
         }
         let slot = |e: &Expr| slots.of(e.node()).expect("outputs are scheduled");
@@ -108,7 +110,7 @@ impl Tape {
         }
     }
 
-    /// The same function with its last inputs at these values, whatever the others are.
+    /// The tape with its last inputs fixed at `values`; the remaining inputs stay free.
     ///
     /// # Panics
     /// When there are more values than inputs.
@@ -129,7 +131,7 @@ impl Tape {
         self.outputs.len()
     }
 
-    /// Memory for evaluations of this tape, to be used again by each.
+    /// Memory that all evaluations of this tape can reuse, one at a time.
     pub fn workspace(&self) -> Workspace {
         let mut work = Workspace { one: vec![[0.0; 2]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {
@@ -164,8 +166,8 @@ impl Tape {
         });
     }
 
-    /// So many evaluations, [`Tape::LANES`] side by side: `take(block, outputs)` gets those of the samples `block * LANES ..`.
-    /// Lanes past the end repeat the last sample.
+    /// Evaluates `count` samples, [`Tape::LANES`] at a time: `take(block, outputs)` gets the outputs of the samples from
+    /// `block * LANES` on. Lanes past the end repeat the last sample.
     pub fn evaluate_lanes(
         &self,
         inputs: &[f64],
@@ -237,7 +239,7 @@ impl LaneOutputs<'_> {
     /// Output k of each sample.
     ///
     /// # Panics
-    /// When there are not so many.
+    /// When there is no output k.
     #[inline]
     pub fn of(self, k: usize) -> [f64; Tape::LANES] {
         let (slot, is_negative) = self.tape.outputs[k];
@@ -272,7 +274,7 @@ mod tests {
         let (mut expected, mut found) = (vec![f64::NAN; 3 * x.len()], vec![f64::NAN; 3 * x.len()]);
         tape.evaluate_many(&both, &mut tape.workspace(), &mut expected);
         let mut work = fixed.workspace();
-        // Twice: what is fixed outlasts a run.
+        // Two runs: the fixed values remain after a run.
         for _ in 0..2 {
             fixed.evaluate_many(&x, &mut work, &mut found);
             assert_eq!(found, expected);

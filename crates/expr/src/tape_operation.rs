@@ -1,8 +1,8 @@
 //! The operations of a tape, and how they run.
 //!
 //! Sums and products are one operation, (+-a) b +- c, because a 1 + c and a b + -0 round as a + c and a b do. So a long run
-//! of them has no branch that depends on what is computed: an interpreter that jumps from operation to operation waits
-//! for the processor to guess where to.
+//! of them has no branch that depends on the kind of operation. An interpreter that branches at each operation loses time
+//! whenever the processor predicts the branch wrongly.
 
 use crate::fusion::Operation;
 use crate::graph::Expr;
@@ -20,7 +20,7 @@ pub(crate) struct Sum {
     c_sign: Sign,
 }
 
-/// The bits that turn the sign of a number.
+/// The bits to flip in a number: its sign bit, or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sign(u64);
 
@@ -31,7 +31,7 @@ impl Sign {
         Sign(u64::from(e.is_negative()) << 63)
     }
 
-    /// Two loops: from one, the compiler makes operations on single numbers.
+    /// +-x. Two loops, because from a single one the compiler makes operations on single numbers.
     #[inline(always)]
     fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
         let (mut bits, mut signed) = ([0; B], [0.0; B]);
@@ -47,7 +47,7 @@ impl Sign {
 
 /// An operation that is no sum, after the first `after` sums.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Other {
+pub(crate) struct NonSumOperation {
     pub after: usize,
     pub code: Code,
     pub a: u32,
@@ -59,13 +59,13 @@ pub(crate) struct Other {
 pub(crate) enum Code {
     Div,
     Sqrt,
-    /// Of the negative of `a`.
+    /// sqrt(-a).
     SqrtOfNegative,
     /// Sine to `to`, cosine to `b`.
     SinCos,
 }
 
-/// The slots in which all constants of sums stand: of a + c, which is a 1 + c, and of a b, which is a b + -0.
+/// The slots of the two constants that make one operation of all: a + c is a 1 + c, and a b is a b + -0.
 pub(crate) struct Units {
     pub one: u32,
     pub minus_zero: u32,
@@ -74,18 +74,19 @@ pub(crate) struct Units {
 /// An operation whose result has no slot yet.
 pub(crate) enum Scheduled {
     Sum(Sum),
-    Other(Other),
+    Other(NonSumOperation),
 }
 
 impl Units {
-    /// The operation on operands where they are held; `None` where there is nothing to compute.
+    /// The operation on the slots of its operands; `None` where there is nothing to compute.
     pub(crate) fn scheduled(&self, operation: Operation, slots: &Slots) -> Option<Scheduled> {
         let held = |e: Expr| slots.at(e);
         let sum = |a: u32, b: u32, c: u32, [a_sign, c_sign]: [Sign; 2]| {
             Scheduled::Sum(Sum { a, b, c, to: 0, a_sign, c_sign })
         };
-        let other =
-            |code: Code, a: Expr, b: Expr| Scheduled::Other(Other { after: 0, code, a: held(a), b: held(b), to: 0 });
+        let other = |code: Code, a: Expr, b: Expr| {
+            Scheduled::Other(NonSumOperation { after: 0, code, a: held(a), b: held(b), to: 0 })
+        };
         Some(match operation {
             Operation::None => return None,
             Operation::Add(a, c) => sum(held(a), self.one, held(c), [Sign::PLUS, Sign::of(c)]),
@@ -98,7 +99,7 @@ impl Units {
     }
 }
 
-// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
+// Loops instead of `from_fn`: in a closure of the library the compiler would not use the wider instructions.
 
 #[inline(always)]
 pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
@@ -114,10 +115,14 @@ pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul
 }
 
 #[inline(always)]
-pub(crate) fn run_other<const B: usize>(other: &Other, slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
+pub(crate) fn run_other<const B: usize>(
+    other: &NonSumOperation,
+    slots: &mut [[f64; B]],
+    mul_add: impl Fn(f64, f64, f64) -> f64,
+) {
     let (a, b) = (slots[other.a as usize], slots[other.b as usize]);
     let mut to = [0.0; B];
-    macro_rules! abreast {
+    macro_rules! in_lanes {
         ($l:ident, $value:expr) => {
             for $l in 0..B {
                 to[$l] = $value
@@ -125,9 +130,9 @@ pub(crate) fn run_other<const B: usize>(other: &Other, slots: &mut [[f64; B]], m
         };
     }
     match other.code {
-        Code::Div => abreast!(l, a[l] / b[l]),
-        Code::Sqrt => abreast!(l, a[l].sqrt()),
-        Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
+        Code::Div => in_lanes!(l, a[l] / b[l]),
+        Code::Sqrt => in_lanes!(l, a[l].sqrt()),
+        Code::SqrtOfNegative => in_lanes!(l, (-a[l]).sqrt()),
         Code::SinCos => {
             let mut cosine = [0.0; B];
             (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));

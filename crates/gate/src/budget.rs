@@ -1,14 +1,14 @@
-//! How much memory a reader may take for the bytes of a file.
+//! The memory that a reader may allocate for a file.
 //!
-//! budget = 64 x bytes of the file + 64 MiB. What a file claims is not believed beyond it: a reader draws before it
-//! allocates. The second term is for honest files that are small.
+//! budget = 64 x bytes of the file + 64 MiB. A reader draws from it before it allocates, so that a length stated in a file
+//! cannot exhaust the memory. The second term is for valid files that are small.
 
-/// A byte of a file may become so many in memory.
-const TIMES: usize = 64;
-/// Every file may take so many bytes more.
+/// Bytes of memory allowed per byte of a file.
+const MEMORY_BYTES_PER_FILE_BYTE: usize = 64;
+/// Bytes of memory allowed for every file in addition.
 const ALLOWANCE_BYTES: usize = 64 << 20;
 
-/// The bytes that a reader may still take.
+/// The bytes of memory that a reader may still allocate.
 #[derive(Clone, Debug)]
 pub struct Budget {
     all: usize,
@@ -16,31 +16,31 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// The budget of a file of this many bytes.
+    /// The budget for a file of this length.
     pub fn of(bytes: usize) -> Budget {
-        let all = bytes.saturating_mul(TIMES).saturating_add(ALLOWANCE_BYTES);
+        let all = bytes.saturating_mul(MEMORY_BYTES_PER_FILE_BYTE).saturating_add(ALLOWANCE_BYTES);
         Budget { all, left: all }
     }
 
-    /// More bytes of the file, or another file of the same log, were read.
+    /// Grows the budget after more bytes of the file, or another file of the same log, were read.
     pub fn grow(&mut self, bytes: usize) {
-        let more = bytes.saturating_mul(TIMES);
+        let more = bytes.saturating_mul(MEMORY_BYTES_PER_FILE_BYTE);
         (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));
     }
 
-    /// Bytes that there were in all.
+    /// The initial budget with all growth, bytes.
     pub fn whole(&self) -> usize {
         self.all
     }
 
-    /// Bytes that are left.
+    /// The remaining budget, bytes.
     pub fn left(&self) -> usize {
         self.left
     }
 
-    /// Takes some bytes away.
+    /// Subtracts bytes from the budget.
     ///
-    /// Fails where fewer are left, with both figures.
+    /// Fails where fewer remain; the message has the whole budget.
     pub fn draw(&mut self, bytes: usize) -> Result<(), String> {
         let all = self.all;
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {

@@ -1,5 +1,5 @@
-//! The gate: bytes of a stranger come in through [`source`], within a cap and a [`budget`]; names of a stranger go out
-//! through [`shown`], as what they are. Which files came in, [`opened`] knows. A word that nobody knows goes back with the one that was meant ([`suggestion`]).
+//! Handling of untrusted input: [`source`] reads bytes within a cap and a [`budget`]; [`shown`] escapes names for the output;
+//! [`opened`] lists the files that were read. [`suggestion`] finds the valid word that is nearest to a mistyped one.
 
 pub mod budget;
 pub mod opened;

@@ -1,23 +1,23 @@
-//! The files that were opened, so that no output is written over one of them.
+//! The files that were opened, so that no output overwrites one of them.
 //!
-//! [`Source::open`](crate::source::Source::open) notes every file, whoever reads it, and whose it is: what is opened while a
-//! description or a log is read belongs to that ([`with`]). A program that does one thing asks for all of them; a
-//! process that lives on asks for those of its inputs. A [`glance`](crate::source::glance) makes no input of a file.
+//! [`Source::open`](crate::source::Source::open) notes every file and its input: a file that is opened while a description
+//! or a log is read belongs to that input ([`with`]). A program with one task asks for all files; a long-lived process asks
+//! for the files of its inputs. A [`glance`](crate::source::glance) does not note a file.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Files by full path, each with those that it belongs to.
+/// Opened files by full path, each with the inputs that it belongs to.
 static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
 
 thread_local! {
-    /// What this thread reads, the outermost first.
+    /// The inputs that this thread reads, the outermost first.
     static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Does work whose files belong to `input`, the path of a description or a log.
+/// Runs `work`; files opened in it belong to `input`, the path of a description or a log.
 pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     READ_NOW.with_borrow_mut(|now| now.push(full(input)));
     let outcome = work();
@@ -25,7 +25,7 @@ pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     outcome
 }
 
-/// Notes a file that is opened, or that a description names.
+/// Notes a file that is opened or named by a description.
 pub fn note(path: &Path) {
     READ_NOW.with_borrow(|now| opened().entry(full(path)).or_default().extend(now.iter().cloned()));
 }
@@ -35,7 +35,7 @@ pub fn all() -> Vec<PathBuf> {
     opened().keys().cloned().collect()
 }
 
-/// The files that an input brought along.
+/// The files that belong to an input.
 pub fn of(input: &Path) -> Vec<PathBuf> {
     let input = full(input);
     opened().iter().filter(|(_, inputs)| inputs.contains(&input)).map(|(file, _)| file.clone()).collect()
@@ -46,7 +46,7 @@ fn full(path: &Path) -> PathBuf {
 }
 
 fn opened() -> MutexGuard<'static, BTreeMap<PathBuf, BTreeSet<PathBuf>>> {
-    // A panic leaves no entry half made.
+    // A panic cannot leave an incomplete entry.
     OPENED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,13 +1,13 @@
-//! Names and texts of a stranger on their way out.
+//! Escapes of untrusted names and texts in outputs.
 //!
-//! A character that is not seen, or that changes how its neighbours are seen, is shown as what it is: `\u{1b}` for the
-//! start of a command to a terminal, `\u{202e}` for the order of writing, `\n` for a newline. All else stays.
+//! A character that is invisible, or that changes how its neighbours are displayed, is shown as an escape: `\u{1b}` for the
+//! start of a terminal command, `\u{202e}` for a change of writing direction, `\n` for a newline. Others are unchanged.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a character is not seen, or changes how others are seen: controls, ends of lines, bidirectional controls,
-/// and what has no width.
+/// Whether a character is invisible or changes how others are displayed: control characters, line separators, bidirectional
+/// controls, and characters of zero width.
 pub fn is_hidden(c: char) -> bool {
     let is_bidirectional =
         matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -15,12 +15,12 @@ pub fn is_hidden(c: char) -> bool {
     c.is_control() || is_bidirectional || has_no_width || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
-/// A text of one line: what is hidden is shown.
+/// A text of one line with hidden characters escaped.
 pub fn line(text: &str) -> Cow<'_, str> {
     replaced(text, is_hidden)
 }
 
-/// A text of several lines: its newlines and tabs stay.
+/// A text of several lines with hidden characters escaped, except newlines and tabs.
 pub fn lines(text: &str) -> Cow<'_, str> {
     replaced(text, |c| is_hidden(c) && c != '\n' && c != '\t')
 }
@@ -40,7 +40,7 @@ fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// JSON that holds what is hidden as the escapes of JSON, which say the same.
+/// JSON with hidden characters as JSON escapes, which have the same meaning.
 pub fn json(text: &str) -> Cow<'_, str> {
     let is_replaced = |c: char| is_hidden(c) && c != '\n';
     if !text.contains(is_replaced) {
@@ -49,7 +49,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         if is_replaced(c) {
-            // All of them are of the first plane, so that one escape is one character. A string takes a write.
+            // All are in the basic multilingual plane: one escape is one character. Writing to a string cannot fail.
             let _ = write!(out, "\\u{:04x}", u32::from(c));
         } else {
             out.push(c);
@@ -58,7 +58,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// A text of one line in Markdown, without what Markdown or HTML would make of it.
+/// A text of one line for Markdown, with the markup of Markdown and HTML escaped.
 pub fn markdown(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in line(text).chars() {
@@ -73,19 +73,19 @@ pub fn markdown(text: &str) -> String {
     out
 }
 
-/// A text of one line as code of Markdown, which has no escapes but for the bar between the cells of a table.
+/// A text of one line as Markdown code, in which only the bar between table cells can be escaped.
 pub fn markdown_code(text: &str) -> String {
     format!("`{}`", line(text).replace('`', "'").replace('|', "\\|"))
 }
 
-/// A name as a cell of CSV, within quotation marks where it would be taken for more than one.
+/// A name as one CSV cell, in quotation marks where it contains a delimiter, a quotation mark, `#` or outer blanks.
 pub fn csv_cell(name: &str) -> Cow<'_, str> {
     let name = line(name);
     let is_quoted = name.contains([',', ';', '"', '#']) || name.trim() != name;
     if is_quoted { Cow::Owned(format!("\"{}\"", name.replace('"', "\"\""))) } else { name }
 }
 
-/// A name as part of the name of a file: what a folder, a drive or a shell would take for its own is `_`.
+/// A name as part of a file name: characters that are special for folders, drives or shells become `_`.
 pub fn file_name(name: &str) -> String {
     let taken = |c: char| is_hidden(c) || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
     let name: String = name.chars().map(|c| if taken(c) { '_' } else { c }).collect();

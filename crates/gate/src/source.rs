@@ -1,10 +1,10 @@
 //! The bytes of a file or of a pipe.
 //!
-//! A regular file is read to the length that it had when it was opened: what a recorder appends meanwhile is not read.
-//! A file that was written over meanwhile is refused at its end, because what was read is a mixture. These tell the
-//! two apart: a file that has become shorter was written over; so was one of the same length whose time of modification
-//! is another; of one that has become longer the first and the last `COMPARED_BYTES` are read again and compared.
-//! A file whose index stands at its end is read in pieces, and held against these once all of them were read.
+//! A regular file is read to the length that it had when it was opened: bytes that a recorder appends later are not read.
+//! A file that was overwritten meanwhile is refused at its end, because the bytes read are a mixture of two versions. A
+//! file counts as overwritten if it has become shorter, or has the same length and another modification time, or
+//! has become longer and its first or last `COMPARED_BYTES`, which are read again, differ.
+//! A file whose index is at its end is read in blocks, and compared in the same manner after the last block.
 //! A pipe has no length and is read to its end, within the cap of its reader.
 
 use std::fs::{File, Metadata};
@@ -15,7 +15,7 @@ use std::time::SystemTime;
 
 use crate::opened;
 
-/// Bytes at both ends of a grown file that are compared with what was read.
+/// Bytes at both ends of a grown file that are compared with the bytes read before.
 const COMPARED_BYTES: usize = 1 << 12;
 
 /// An opened file or pipe.
@@ -60,7 +60,7 @@ impl Source {
         Source::of(io::stdin())
     }
 
-    /// What has no place.
+    /// A stream without a path.
     pub fn of(pipe: impl Read + Send + 'static) -> Source {
         Source { from: From::Pipe(Box::new(pipe)) }
     }
@@ -73,17 +73,17 @@ impl Source {
         }
     }
 
-    /// The file, to read pieces of it in any order. A pipe comes back, because its bytes come once and in order.
-    pub fn pieces(self) -> io::Result<Result<Pieces, Source>> {
+    /// The file for reading blocks in any order. A pipe is returned as it is, because its bytes come once and in order.
+    pub fn pieces(self) -> io::Result<Result<RandomAccessFile, Source>> {
         match self.from {
-            From::File(file) => Pieces::of(file).map(Ok),
+            From::File(file) => RandomAccessFile::of(file).map(Ok),
             From::Pipe(_) => Ok(Err(self)),
         }
     }
 
-    /// All of it.
+    /// All bytes.
     ///
-    /// Fails with [`io::ErrorKind::FileTooLarge`] where there are more than `cap` bytes, and as reading fails.
+    /// Fails with [`io::ErrorKind::FileTooLarge`] where there are more than `cap` bytes, and where reading fails.
     pub fn whole(mut self, cap: u64) -> io::Result<Vec<u8>> {
         let too_large = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {cap} bytes"));
         if self.length().is_some_and(|length| length > cap) {
@@ -102,39 +102,39 @@ impl Source {
     }
 }
 
-/// A regular file of which pieces are read in any order.
-pub struct Pieces {
+/// A regular file whose blocks are read in any order.
+pub struct RandomAccessFile {
     length: u64,
     file: Mutex<RegularFile>,
 }
 
-impl Pieces {
-    fn of(mut file: RegularFile) -> io::Result<Pieces> {
+impl RandomAccessFile {
+    fn of(mut file: RegularFile) -> io::Result<RandomAccessFile> {
         let compared = usize::try_from(file.length).unwrap_or(usize::MAX).min(COMPARED_BYTES);
         file.first = file.again(0, compared)?;
         file.last = file.again(file.length - compared as u64, compared)?;
         file.taken = file.length;
-        Ok(Pieces { length: file.length, file: Mutex::new(file) })
+        Ok(RandomAccessFile { length: file.length, file: Mutex::new(file) })
     }
 
-    /// Bytes of the file when it was opened.
+    /// The length of the file when it was opened, bytes.
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// `count` bytes from `place` on, or as many as stand there.
+    /// `count` bytes from the offset `place`, or fewer at the end of the file.
     pub fn read(&self, place: u64, count: usize) -> io::Result<Vec<u8>> {
         let left = self.length.saturating_sub(place);
         self.locked().again(place, usize::try_from(left).unwrap_or(usize::MAX).min(count))
     }
 
-    /// Fails where the pieces that were read may be of two versions of the file.
+    /// Fails where the blocks that were read may belong to two versions of the file.
     pub fn unchanged(&self) -> io::Result<()> {
         self.locked().unchanged()
     }
 
     fn locked(&self) -> MutexGuard<'_, RegularFile> {
-        // A panic leaves nothing half done: whoever reads says from where.
+        // A panic leaves no invalid state: every read seeks first.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -144,22 +144,22 @@ pub fn read(path: &Path, cap: u64) -> io::Result<Vec<u8>> {
     Source::open(path)?.whole(cap)
 }
 
-/// The first `most` bytes of what the system says in a file without a length, such as those of /proc.
-pub fn told_by_system(path: &Path, most: usize) -> io::Result<Vec<u8>> {
+/// The first `most` bytes of a system file that states no length, such as a file in /proc.
+pub fn system_file_head(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// The first `most` bytes of a regular file, which does not become an input by that; `None` where there is none, so that no
-/// pipe is opened a second time.
+/// The first `most` bytes of a regular file, which is not noted as an input; `None` where it is no regular file, so that no
+/// pipe is opened twice.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
-    // Whoever opens a pipe that nobody writes to waits for ever.
+    // Opening a pipe without a writer would block for ever.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
         return None;
     }
     Source::unnoted(path).ok()?.head(most).ok()
 }
 
-/// Why a path is not read where a regular file is expected; `None` where it is one.
+/// Why a path is refused where a regular file is expected; `None` for a regular file.
 pub fn no_file(path: &Path) -> Option<String> {
     let found = std::fs::metadata(path).ok().map(|found| found.file_type());
     let what = match found {
@@ -206,7 +206,7 @@ impl RegularFile {
         Ok(count)
     }
 
-    /// Fails where the bytes that were read may be of two versions of the file.
+    /// Fails where the bytes that were read may belong to two versions of the file.
     fn unchanged(&mut self) -> io::Result<()> {
         let found = self.file.metadata()?;
         let is_same = self.taken == self.length
@@ -230,7 +230,7 @@ impl RegularFile {
         self.file.seek(SeekFrom::Start(place))?;
         let mut bytes = Vec::with_capacity(count);
         (&self.file).take(count as u64).read_to_end(&mut bytes)?;
-        // The end of the file stays the end of what is read.
+        // Sequential reads continue at the end of the file.
         self.file.seek(SeekFrom::Start(self.length))?;
         Ok(bytes)
     }
@@ -248,7 +248,7 @@ mod tests {
         std::env::temp_dir().join(format!("rist-source-{}-{name}", std::process::id()))
     }
 
-    /// Opens a file of 10 000 bytes, reads half of it, lets `change` happen, and reads on.
+    /// Opens a file of 10 000 bytes, reads half of it, runs `change`, and reads the other half.
     fn meanwhile(name: &str, change: impl FnOnce(&Path)) -> io::Result<Vec<u8>> {
         let path = place(name);
         write(&path, [b'a'; 10_000]).unwrap();

@@ -1,6 +1,11 @@
-//! The nearest valid word to a mistyped one.
+//! The valid word that is nearest to a mistyped one.
 
-/// Number of insertions, deletions, substitutions and swaps of neighbours from `a` to `b`.
+/// A longer word is no typing error, and the cost of the distance grows with the length.
+const LONGEST_WORD_CHARS: usize = 64;
+/// Longer candidates are not compared.
+const LONGEST_CANDIDATE_BYTES: usize = 256;
+
+/// The number of insertions, deletions, substitutions and swaps of neighbours from `a` to `b`, without regard to case.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.to_lowercase().chars().collect(), b.to_lowercase().chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
@@ -21,18 +26,17 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// The candidate nearest to `word`, when it is near enough to be what was meant.
+/// The candidate nearest to `word`, within a distance of about a third of the length of the longer word.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // A long word is no typing error, and the table grows with its length.
-    if word.chars().count() > 64 {
+    if word.chars().count() > LONGEST_WORD_CHARS {
         return None;
     }
     let near = |c: &str| (word.chars().count().max(c.chars().count()) + 1) / 3;
-    let scored = candidates.into_iter().filter(|c| c.len() <= 256).map(|c| (distance(word, c), c));
+    let scored = candidates.into_iter().filter(|c| c.len() <= LONGEST_CANDIDATE_BYTES).map(|c| (distance(word, c), c));
     scored.filter(|(d, c)| *d <= near(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
 
-/// ` (did you mean ...?)`, or nothing.
+/// The text ` (did you mean ...?)`, or an empty text.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, candidates).map_or(String::new(), |c| format!(" (did you mean `{c}`?)"))
 }

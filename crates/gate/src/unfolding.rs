@@ -1,4 +1,4 @@
-//! Streams that unfold what is packed, held to the [`Budget`] of the packed bytes that were read so far.
+//! Decompressing streams, limited by the [`Budget`] of the compressed bytes that were read so far.
 //!
 //! The length of a pipe is not known, so that the budget grows while the stream is read.
 
@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::budget::Budget;
 
-/// How many packed bytes were read.
+/// The shared count of compressed bytes that were read.
 #[derive(Clone, Debug, Default)]
 pub struct PackedBytes(Arc<AtomicUsize>);
 
 impl PackedBytes {
-    /// What may be taken for them.
+    /// The memory budget for these bytes.
     pub fn budget(&self) -> Budget {
         Budget::of(self.0.load(Ordering::Relaxed))
     }
@@ -33,7 +33,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// What a decoder unfolds.
+/// The decompressed stream of a decoder.
 pub struct Unfolding<D> {
     decoder: D,
     packed: PackedBytes,
@@ -42,19 +42,19 @@ pub struct Unfolding<D> {
 }
 
 impl<D> Unfolding<D> {
-    /// Hands the packed source to the decoder that `decoder` makes, and fails where it does.
+    /// Makes the decoder of a compressed source by `decoder`; fails where `decoder` fails.
     pub fn new<R: Read, E>(source: R, decoder: impl FnOnce(Counted<R>) -> Result<D, E>) -> Result<Unfolding<D>, E> {
         let packed = PackedBytes::default();
         let decoder = decoder(Counted { source, count: packed.clone() })?;
         Ok(Unfolding { decoder, packed, unfolded: 0, copies: 1 })
     }
 
-    /// From now on a byte takes so many in memory, as one that is held does.
+    /// Counts each byte as `copies` bytes of memory from now on, for bytes that are kept in memory.
     pub fn held(self, copies: usize) -> Unfolding<D> {
         Unfolding { copies, ..self }
     }
 
-    /// Bytes that were read of it and are to be read again.
+    /// Puts back bytes that were read, so that they are read again.
     pub fn put_back(self, bytes: Vec<u8>) -> Unfolding<io::Chain<io::Cursor<Vec<u8>>, D>>
     where
         D: Read,
@@ -64,7 +64,7 @@ impl<D> Unfolding<D> {
         Unfolding { decoder, packed: self.packed, unfolded, copies: self.copies }
     }
 
-    /// The count of the packed bytes.
+    /// The count of compressed bytes.
     pub fn packed(&self) -> PackedBytes {
         self.packed.clone()
     }
@@ -83,7 +83,7 @@ impl<D: Read> Read for Unfolding<D> {
 mod tests {
     use super::*;
 
-    /// A decoder that makes a thousand bytes of each.
+    /// A decoder that makes a thousand bytes of each byte.
     struct Thousandfold<R>(R);
 
     impl<R: Read> Read for Thousandfold<R> {

@@ -1,11 +1,11 @@
-//! From logs to parameters, and what may be said of them.
+//! From logs to parameters with their evidence.
 //!
-//! The folders follow the walk of the data, each importing only from those before it: [`signals`] (a log becomes
-//! states), [`rows`] (states become triangles), [`estimators`] (triangles become a solution), [`estimate`] (a solution
-//! becomes an estimate with its evidence), [`portrait`] (what it makes of logs, ready to be drawn), [`spectrum`] (the
-//! experiments of a plan).
+//! The folders follow the order of data processing, and each imports only from the previous ones: [`signals`] (from a log to
+//! states), [`rows`] (from states to triangles), [`estimators`] (from triangles to a solution), [`estimate`] (from a
+//! solution to an estimate with its evidence), [`plot_data`] (plot data of logs and estimates), [`spectrum`] (identification
+//! from the experiments of a plan).
 //!
-//! It knows the linear model, the numbers, experiments, robots and logs.
+//! It depends on the linear model, the numerics, experiments, robots and logs.
 //!
 //! Not here: tau = Y X itself (`linear_model`), triangles and transforms (`numerics`), motions, plans and simulation
 //! (`experiments`), writing back into descriptions (`rist`). It never sees an expression.
@@ -14,7 +14,7 @@
 
 pub mod estimate;
 pub mod estimators;
-pub mod portrait;
+pub mod plot_data;
 pub mod rows;
 pub mod signals;
 pub mod spectrum;

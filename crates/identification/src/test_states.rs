@@ -7,7 +7,7 @@ use linear_model::states::States;
 use super::Pendulum;
 
 impl Pendulum {
-    /// Noise-free states of two harmonics, ten milliseconds apart.
+    /// Noise-free states of a motion with two frequencies, ten milliseconds apart.
     pub(crate) fn states(&self, len: usize) -> States {
         let mut states = States { n: 1, period: 0.01, ..States::default() };
         for r in 0..len {

@@ -1,11 +1,11 @@
-//! What every artefact in YAML begins with: its kind, and the version of its form.
+//! The first line of every artefact in YAML: its kind, the version of its format, and a checksum.
 //!
 //! ```text
 //! rist: motion 1 8a41f00c5be7d913
 //! ```
-//! The digest of the lines below tells a file that was changed since; what it says is then told as what the file says.
-//! It is no signature: whoever wants to can make a new one. A file of an earlier version of rist lacks the line. It is
-//! read, and told as what the file says too: nothing in it shows whether it is as it was written.
+//! The checksum of the lines below detects changes of the file; its statements are then reported as statements of the file.
+//! It is no signature: anybody can compute a new one. A file of an earlier version of rist lacks the line. It is read, and
+//! its statements are also reported as statements of the file, since changes cannot be detected.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -14,129 +14,135 @@ use crate::yaml;
 
 /// The key of the first line.
 const KEY: &str = "rist: ";
-/// The form that is written; a reader takes this one and those before it.
-const VERSION: usize = 1;
+/// Version of the format that is written; this and earlier versions can be read.
+const FORMAT_VERSION: usize = 1;
 
-/// What an artefact is.
+/// The kind of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Of an identification.
+pub enum ArtefactKind {
+    /// The estimate of an identification.
     Estimate,
-    /// Experiments of spectrum analysis.
+    /// Experiments for spectral analysis.
     Plan,
     /// One exciting motion.
     Motion,
-    /// An estimate held against logs that it was not made from.
+    /// Comparison of an estimate with logs that were not used for it.
     Validation,
-    /// Robots held against a reference.
+    /// Comparison of robots with a reference.
     Comparison,
 }
 
-impl Kind {
-    const ALL: [Kind; 5] = [Kind::Estimate, Kind::Plan, Kind::Motion, Kind::Validation, Kind::Comparison];
+impl ArtefactKind {
+    const ALL: [ArtefactKind; 5] = [
+        ArtefactKind::Estimate,
+        ArtefactKind::Plan,
+        ArtefactKind::Motion,
+        ArtefactKind::Validation,
+        ArtefactKind::Comparison,
+    ];
 
     fn word(self) -> &'static str {
         match self {
-            Kind::Estimate => "estimate",
-            Kind::Plan => "plan",
-            Kind::Motion => "motion",
-            Kind::Validation => "validation",
-            Kind::Comparison => "comparison",
+            ArtefactKind::Estimate => "estimate",
+            ArtefactKind::Plan => "plan",
+            ArtefactKind::Motion => "motion",
+            ArtefactKind::Validation => "validation",
+            ArtefactKind::Comparison => "comparison",
         }
     }
 
-    /// The kind that a text says it is; `None` where it does not say.
-    pub fn of(text: &str) -> Option<Kind> {
+    /// The kind in the first line of a text; `None` where the line is absent or the kind unknown.
+    pub fn of(text: &str) -> Option<ArtefactKind> {
         let (word, _) = head(text)?;
-        Kind::ALL.into_iter().find(|kind| kind.word() == word)
+        ArtefactKind::ALL.into_iter().find(|kind| kind.word() == word)
     }
 }
 
-/// The words of the first line: kind and version.
+/// The words of the first line: kind, and the words after it; `None` without such a line.
 fn head(text: &str) -> Option<(&str, &str)> {
     let line = text.lines().next()?.strip_prefix(KEY)?.trim();
     Some(line.split_once(' ').unwrap_or((line, "")))
 }
 
-/// Whether an artefact is as rist wrote it.
+/// The result of checking the checksum of an artefact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seal {
-    /// It is, or it was never in a file.
+pub enum Checksum {
+    /// The checksum matches, or the artefact was never in a file.
     #[default]
     Whole,
-    /// The digest in its first line is not that of the lines below.
+    /// The checksum in the first line differs from the checksum of the lines below.
     Broken,
-    /// There is no first line: an earlier version wrote it, or somebody took the line away.
+    /// There is no first line: an earlier version wrote the file, or somebody removed the line.
     Absent,
 }
 
-impl Seal {
-    /// Of the text of an artefact.
-    pub fn of(text: &str) -> Seal {
+impl Checksum {
+    /// Checks the text of an artefact.
+    pub fn of(text: &str) -> Checksum {
         if head(text).is_none() {
-            return Seal::Absent;
+            return Checksum::Absent;
         }
         let (first, body) = text.split_once('\n').unwrap_or((text, ""));
         let written = first.trim_end().rsplit(' ').next().and_then(|word| u64::from_str_radix(word, 16).ok());
-        if written == Some(digest(body)) { Seal::Whole } else { Seal::Broken }
+        if written == Some(digest(body)) { Checksum::Whole } else { Checksum::Broken }
     }
 
-    /// What is said of an artefact that is not as rist wrote it, or cannot show that it is.
+    /// A sentence where the checksum does not match or is absent; `None` where it matches.
     pub fn said(self) -> Option<&'static str> {
         match self {
-            Seal::Whole => None,
-            Seal::Broken => Some("the file was changed after rist wrote it, so that this is what the file says"),
-            Seal::Absent => Some(
+            Checksum::Whole => None,
+            Checksum::Broken => Some("the file was changed after rist wrote it, so that this is what the file says"),
+            Checksum::Absent => Some(
                 "the file lacks the first line, by which rist knows what it wrote, so that this is what the file says",
             ),
         }
     }
 
-    /// The same as a note on a file.
+    /// That sentence as a note on a file.
     pub fn note(self, file: impl std::fmt::Display) -> Option<String> {
         self.said().map(|said| format!("{file}: {said}"))
     }
 }
 
-/// Stands for the digest of an artefact that was read from a file with another one, so that it stays known as such.
-const NOT_WHOLE: &str = "changed";
+/// Written in place of the checksum for an artefact from a file without a matching one, so that it never matches again.
+const NO_CHECKSUM: &str = "changed";
 
-/// The text of an artefact; `seal`: of the file that it was read from.
-pub fn write<T: Serialize>(kind: Kind, seal: Seal, artefact: &T) -> Result<String, String> {
+/// The text of an artefact; `seal`: result of the check of the file from which it was read.
+pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;
-    let digest = if seal == Seal::Whole { format!("{:016x}", digest(&text)) } else { NOT_WHOLE.into() };
-    Ok(format!("{KEY}{word} {VERSION} {digest}\n{text}"))
+    let digest = if seal == Checksum::Whole { format!("{:016x}", digest(&text)) } else { NO_CHECKSUM.into() };
+    Ok(format!("{KEY}{word} {FORMAT_VERSION} {digest}\n{text}"))
 }
 
-/// FNV-1a, 64 bits; an end of line counts as one character, however it is written.
+/// FNV-1a, 64 bits, without carriage returns, so that both kinds of line ends give one checksum.
 fn digest(text: &str) -> u64 {
     let bytes = text.bytes().filter(|byte| *byte != b'\r');
     bytes.fold(0xcbf2_9ce4_8422_2325, |digest, byte| (digest ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// The artefact that a text stands for.
+/// Reads an artefact of this kind from a text.
 ///
-/// Fails where it is of another kind or of a later version, and with the line of what is not expected.
-pub fn read<T: DeserializeOwned>(kind: Kind, text: &str) -> Result<T, String> {
+/// Fails where the text has another kind or a later version, and with the line of an unexpected entry.
+pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, String> {
     let word = kind.word();
     let mut body = text.to_string();
     if let Some((found, version)) = head(text) {
         if found != word {
             return Err(format!("this is no {word}: the first line says `{KEY}{found}`"));
         }
-        // The digest follows.
+        // The checksum follows after the version.
         let version = version.split(' ').next().unwrap_or_default();
         match version.parse::<usize>() {
-            Ok(version) if (1..=VERSION).contains(&version) => {}
+            Ok(version) if (1..=FORMAT_VERSION).contains(&version) => {}
             _ => {
                 return Err(format!(
-                    "`{version}` is no version of a {word} that is read here; those up to {VERSION} are: make the file \
+                    "`{version}` is no version of a {word} that is read here; those up to {FORMAT_VERSION} are: make the file \
                      again, or read it with the version of rist that wrote it"
                 ));
             }
         }
-        // A comment keeps the numbers of the lines.
+        // As a comment the first line keeps the line numbers of errors.
         body.insert_str(0, "# ");
     }
     yaml::read(&body).map_err(|e| format!("this is no {word}: {e}"))
@@ -148,26 +154,26 @@ mod tests {
 
     #[test]
     fn a_file_says_its_kind_and_is_read_without_it() {
-        let text = write(Kind::Motion, Seal::Whole, &vec![1.5, 2.0]).unwrap();
+        let text = write(ArtefactKind::Motion, Checksum::Whole, &vec![1.5, 2.0]).unwrap();
         assert!(text.starts_with("rist: motion 1 "), "{text}");
-        assert_eq!([&text, &text.replace('\n', "\r\n")].map(|text| Seal::of(text)), [Seal::Whole; 2]);
+        assert_eq!([&text, &text.replace('\n', "\r\n")].map(|text| Checksum::of(text)), [Checksum::Whole; 2]);
         for changed in [text.replace("1.5", "1.6").as_str(), "rist: motion 1\n- 1.5\n", "rist: motion 1"] {
-            assert_eq!(Seal::of(changed), Seal::Broken, "{changed}");
+            assert_eq!(Checksum::of(changed), Checksum::Broken, "{changed}");
         }
-        // What was read from a changed file is written as what it is.
-        let again = write(Kind::Motion, Seal::Broken, &vec![1.5, 2.0]).unwrap();
-        assert_eq!(Seal::of(&again), Seal::Broken);
-        assert_eq!(read::<Vec<f64>>(Kind::Motion, &again).unwrap(), [1.5, 2.0]);
-        assert_eq!(Kind::of(&text), Some(Kind::Motion));
-        assert_eq!(read::<Vec<f64>>(Kind::Motion, &text).unwrap(), [1.5, 2.0]);
+        // An artefact from a changed file is written without a checksum.
+        let again = write(ArtefactKind::Motion, Checksum::Broken, &vec![1.5, 2.0]).unwrap();
+        assert_eq!(Checksum::of(&again), Checksum::Broken);
+        assert_eq!(read::<Vec<f64>>(ArtefactKind::Motion, &again).unwrap(), [1.5, 2.0]);
+        assert_eq!(ArtefactKind::of(&text), Some(ArtefactKind::Motion));
+        assert_eq!(read::<Vec<f64>>(ArtefactKind::Motion, &text).unwrap(), [1.5, 2.0]);
         let before = text.lines().skip(1).collect::<Vec<_>>().join("\n");
-        assert_eq!((Kind::of(&before), Seal::of(&before)), (None, Seal::Absent));
-        assert_eq!(read::<Vec<f64>>(Kind::Motion, &before).unwrap(), [1.5, 2.0]);
+        assert_eq!((ArtefactKind::of(&before), Checksum::of(&before)), (None, Checksum::Absent));
+        assert_eq!(read::<Vec<f64>>(ArtefactKind::Motion, &before).unwrap(), [1.5, 2.0]);
     }
 
     #[test]
     fn another_kind_and_a_later_version_are_refused_by_name() {
-        let refused = |text: &str| read::<Vec<f64>>(Kind::Plan, text).unwrap_err();
+        let refused = |text: &str| read::<Vec<f64>>(ArtefactKind::Plan, text).unwrap_err();
         assert_eq!(refused("rist: motion 1\n- 1\n"), "this is no plan: the first line says `rist: motion`");
         for version in ["2", "0", "x", ""] {
             let text = refused(&format!("rist: plan {version}\n- 1\n"));

@@ -1,11 +1,11 @@
-//! The regressors that the package `generated` compiles into the program.
+//! Regressors that the package `generated` compiles into the program.
 
 use generated::Eight;
 
 use crate::parameter::BaseParameter;
 use crate::regressor::{Coordinate, Regressor};
 
-/// A robot's compiled base regressor.
+/// The compiled base regressor of a robot.
 pub struct Compiled {
     function: &'static generated::Compiled,
     coordinates: Vec<String>,
@@ -18,11 +18,11 @@ pub fn is_compiled(fingerprint: u64) -> bool {
     generated::find(fingerprint).is_some()
 }
 
-/// The compiled regressor that is exactly this function, where there is one.
+/// The compiled regressor with this fingerprint; `None` where there is none.
 ///
-/// `fingerprint` is that of the robot's base regressor with its constants in place, so that a robot of the same name
-/// and another geometry is not taken for it. Coordinates and parameters are those of the caller's description, because
-/// geometry alone decides which function it is. It is `None` too where the function has other numbers of them.
+/// `fingerprint`: of the robot's base regressor including its constants, so that a robot of the same name with another
+/// geometry has another one. Coordinates and parameters come from the caller's description, because the function depends
+/// on the geometry only. `None` too where the function has other numbers of coordinates or parameters.
 pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
     let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();

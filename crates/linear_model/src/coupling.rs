@@ -1,28 +1,28 @@
-//! What acts along a combination of the joints: a motor that turns with several of them, a spring, a cable or a bearing.
+//! Elements that act along a combination of joints: a motor that turns with several joints, a spring, a cable or a bearing.
 //!
-//! With w = sum_k c_k q_k its position, its torque on joint k is c_k f X for each of its columns f, since its power is that of
-//! the joints.
+//! With the position w = sum_k c_k q_k of the element, its torque on joint k is c_k f X for each of its columns f, since its
+//! power equals the power of these torques.
 //!
-//! For a motor m that turns with joints other than its own too, c_m = 1 and c_k = R_mk / R_mm, the columns to be added to
-//! those of the joints are
+//! For a motor m that also turns with other joints, c_m = 1 and c_k = R_mk / R_mm, the columns in addition to the columns of
+//! the joints are
 //!   tau_k += c_k (IAM (d2w/dt2 - c_k ddq_k) + FVM (dw/dt - c_k dq_k) + FSM sign(dw/dt))
-//! since the share of a joint's own motion is in its rotor inertia and viscous friction.
+//! since the rotor inertia and viscous friction of a joint contain the contribution of its own motion.
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 //!
-//! An element of the user's own has the columns that [`CouplingParameter`] names, as they stand.
+//! An element that the user defines has the columns that [`CouplingParameter`] names, without such a subtraction.
 
 use crate::coupling_parameter::CouplingParameter;
 
-/// What acts along a combination of joints.
+/// A motor or element that acts along a combination of joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
-    /// What it is.
+    /// Its kind.
     pub of: Coupled,
-    /// The coordinates that move it, each with its c; those of a motor are the others, then its own.
+    /// The coordinates that move it, each with its c; for a motor the other coordinates, then its own.
     pub joints: Vec<(usize, f64)>,
 }
 
-/// What is coupled.
+/// The kind of a coupling.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Coupled {
     /// The motor of a coordinate, which other joints turn too.
@@ -31,15 +31,15 @@ pub enum Coupled {
     Element(String, Vec<CouplingParameter>),
 }
 
-/// Positions, velocities and accelerations of all joints at one instant, and the direction of what is coupled.
-pub struct At<'a> {
-    /// rad (m).
+/// Positions, velocities and accelerations of all joints at one sample, and the direction of the coupled element.
+pub struct Instant<'a> {
+    /// Positions, rad (m).
     pub q: &'a [f64],
-    /// rad/s (m/s).
+    /// Velocities, rad/s (m/s).
     pub dq: &'a [f64],
-    /// rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: &'a [f64],
-    /// sign(dw/dt), or that sign behind a filter.
+    /// sign(dw/dt), or that sign after a filter.
     pub direction: f64,
 }
 
@@ -50,7 +50,7 @@ impl Coupling {
         Coupling { of: Coupled::Motor(motor), joints }
     }
 
-    /// Its speed from those of the joints; its position and acceleration likewise.
+    /// dw/dt from the speeds of the joints; also w from positions and d2w/dt2 from accelerations.
     #[inline]
     pub fn speed(&self, dq: impl Fn(usize) -> f64) -> f64 {
         self.joints.iter().map(|&(k, c)| c * dq(k)).sum::<f64>()
@@ -61,7 +61,7 @@ impl Coupling {
         self.joints.iter().map(|(k, _)| *k)
     }
 
-    /// Its columns.
+    /// The parameters of its columns.
     pub fn parameters(&self) -> &[CouplingParameter] {
         match &self.of {
             Coupled::Motor(_) => &CouplingParameter::MOTOR,
@@ -69,14 +69,14 @@ impl Coupling {
         }
     }
 
-    /// Its columns in each of its rows: `take(row, column, entry)`, both counted from 0.
+    /// Calls `take(row, column, entry)` for each entry; row and column are counted from 0 within this coupling.
     #[inline]
-    pub fn columns(&self, at: &At, mut take: impl FnMut(usize, usize, f64)) {
+    pub fn columns(&self, at: &Instant, mut take: impl FnMut(usize, usize, f64)) {
         let of = |x: &[f64]| self.speed(|k| x[k]);
         let (position, speed, acceleration) = (of(at.q), of(at.dq), of(at.ddq));
         let is_motor = matches!(self.of, Coupled::Motor(_));
         for (row, &(k, c)) in self.joints.iter().enumerate() {
-            // A motor's own share stands in the columns of the joint.
+            // The contribution of the joint's own motion is in the columns of the joint.
             let own = if is_motor { c } else { 0.0 };
             for (column, parameter) in self.parameters().iter().enumerate() {
                 use CouplingParameter::*;
@@ -108,13 +108,13 @@ mod tests {
         let direction = coupling.speed(|k| DQ[k]).signum();
         let mut power = vec![0.0; coupling.parameters().len()];
         let joints: Vec<usize> = coupling.rows().collect();
-        let at = At { q: &Q, dq: &DQ, ddq: &DDQ, direction };
+        let at = Instant { q: &Q, dq: &DQ, ddq: &DDQ, direction };
         coupling.columns(&at, |row, column, entry| power[column] += DQ[joints[row]] * entry);
         power
     }
 
-    /// The power of a motor that three joints turn is its torque times its own speed, but for what stands in the joints' own
-    /// rotor inertia and viscous friction.
+    /// The power of a motor that three joints turn is its torque times its own speed, minus the contributions in the rotor
+    /// inertia and viscous friction of the joints.
     #[test]
     fn the_power_is_that_of_the_motor() {
         let motor = Coupling::motor(2, &[(0, 0.5), (1, -0.3)]);

@@ -1,6 +1,6 @@
 //! The parameters of a motor that turns with several joints, and of an element between joints: names and units.
 //!
-//! | parameter | letters | torque along w, as `coupling` has it | unit (sliding) |
+//! | parameter | letters | torque along w (`coupling`) | unit (prismatic) |
 //! |---|---|---|---|
 //! | motor: rotor inertia, viscous and Coulomb friction | IAM, FVM, FSM | d2w/dt2, dw/dt, sign | kg m^2 (kg), N m s/rad (N s/m), N m (N) |
 //! | element: the same | IAE, FVE, FSE | d2w/dt2, dw/dt, sign | the same |
@@ -18,35 +18,35 @@ pub enum CouplingParameter {
     /// IAM: rotor inertia of the motor.
     #[serde(skip)]
     Rotor,
-    /// FVM: its viscous friction.
+    /// FVM: viscous friction of the motor.
     #[serde(skip)]
     Viscous,
-    /// FSM: its Coulomb friction.
+    /// FSM: Coulomb friction of the motor.
     #[serde(skip)]
     Coulomb,
     /// IAE: torque of an element per acceleration along it.
     Inertia,
-    /// FVE: per speed.
+    /// FVE: torque of an element per speed along it.
     #[serde(rename = "viscous")]
     ElementViscous,
-    /// FSE: with the direction.
+    /// FSE: torque of an element with the sign of its speed.
     #[serde(rename = "coulomb")]
     ElementCoulomb,
-    /// KE: per position.
+    /// KE: torque of an element per position along it.
     #[serde(rename = "spring")]
     Stiffness,
-    /// SE: with the sine of the position.
+    /// SE: torque of an element over the sine of its position.
     Sine,
-    /// CE: with the cosine of the position.
+    /// CE: torque of an element over the cosine of its position.
     Cosine,
-    /// OFFE: constant.
+    /// OFFE: constant torque of an element.
     Offset,
 }
 
 impl CouplingParameter {
-    /// Those of a motor, in the order of their columns.
+    /// The parameters of a motor, in the order of their columns.
     pub const MOTOR: [CouplingParameter; 3] = [Self::Rotor, Self::Viscous, Self::Coulomb];
-    /// Those that an element may have.
+    /// The parameters that an element may have.
     pub const ELEMENT: [CouplingParameter; 7] = [
         Self::Inertia,
         Self::ElementViscous,
@@ -73,7 +73,7 @@ impl CouplingParameter {
         }
     }
 
-    /// The unit along a joint that turns.
+    /// The unit along a revolute joint.
     pub(crate) fn unit(self) -> Unit {
         match self {
             Self::Rotor | Self::Inertia => Unit::INERTIA,

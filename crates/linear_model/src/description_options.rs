@@ -1,10 +1,10 @@
-//! How a description was read: what must stand beside its file to give the same model again.
+//! The options with which a description was read: with its file they reproduce the model.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// What was asked for beside the file; the default is nothing.
+/// The options for reading a description; by default none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DescriptionOptions {
@@ -14,30 +14,30 @@ pub struct DescriptionOptions {
     /// Values of the arguments of a xacro.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub arguments: BTreeMap<String, String>,
-    /// Folders of the packages that a xacro includes from.
+    /// Folders of the packages from which a xacro includes files.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, String>,
-    /// Whether the mimic joints of a URDF are coordinates of their own.
+    /// Whether the mimic joints of a URDF are independent coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,
     /// Whether angles near a right angle stay as the file gives them.
     #[serde(skip_serializing_if = "is_false")]
     pub angles_as_given: bool,
-    /// Which joints have a rotor inertia among their parameters; `None`: as the file says.
+    /// Which joints have a rotor inertia among their parameters; `None`: as in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_inertia: Option<RotorInertias>,
-    /// How the base is mounted, rad: roll, pitch and yaw of its frame in a frame in which gravity is as the file says.
+    /// Orientation of the base, rad: roll, pitch and yaw of its frame in the frame in which the file defines gravity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<[f64; 3]>,
-    /// Joints that stand still, at these positions, rad or m.
+    /// Locked joints with their positions, rad or m.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub locked: BTreeMap<String, f64>,
-    /// Whether the base is a link with parameters of its own, behind six coordinates.
+    /// Whether the base is a link with inertial parameters, moved by six coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub floating_base: bool,
 }
 
-/// Joints with a rotor inertia of their own.
+/// Joints with a rotor inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotorInertias {

@@ -1,23 +1,23 @@
-//! A base regressor that says how it changes with the state.
+//! A base regressor with derivatives with respect to the state.
 
 use crate::regressor::Regressor;
 
-/// A regressor with the derivative of its entries.
+/// A regressor with the derivatives of its entries.
 pub trait DifferentiableRegressor: Regressor {
-    /// For each of many states, one after the other as [`Regressor::fill_many`] takes them, the gradient of
-    /// sum_ic w_ic Y_ic with respect to q, dq, ddq: n entries each. `weights`: n x p a state, row by row.
+    /// For each of many states (in the order of [`Regressor::fill_many`]), the gradient of sum_ic w_ic Y_ic with respect to
+    /// q, dq, ddq: n entries each. `weights`: n x p per state, row by row.
     fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]);
 
-    /// The torques Y X of these parameters, which cost a small part of what Y does.
+    /// The torques Y X with these parameters, N m (N), at a small share of the cost of Y.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_>;
 }
 
-/// The torques of a robot with given parameters, with their derivatives.
+/// The torques of a robot with given parameters, and their derivatives.
 pub trait DifferentiableTorques: Send + Sync {
-    /// N m (N), n a state, at many states, one after the other as [`Regressor::fill_many`] takes them.
+    /// Writes the torques at many states (in the order of [`Regressor::fill_many`]), N m (N), n per state.
     fn fill_many(&self, states: &[f64], torques: &mut [f64]);
 
-    /// For each of many states the gradient of sum_i w_i tau_i with respect to q, dq, ddq: n entries each. `weights`: n a
+    /// For each of many states, the gradient of sum_i w_i tau_i with respect to q, dq, ddq: n entries each. `weights`: n per
     /// state.
     fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]);
 }

@@ -1,8 +1,8 @@
-//! A load that was weighed and measured before it was mounted: its file, and what it adds to the robot.
+//! A load with known mass and geometry: its file, and its contribution to the base parameters.
 //!
 //! phi_L are the ten parameters of the load in and about the frame of its link, and X = B phi. The load adds B_L phi_L
 //! to the base parameters, where B_L are the ten columns of B that belong to the link. Its torque D B_L phi_L is known.
-//! A load that is not known is estimated in `identification::estimators::payload`.
+//! An unknown load is estimated in `identification::estimators::payload`.
 
 use robot::{Error, Link, Part, Place, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
@@ -11,17 +11,17 @@ use crate::pseudo_inertia::smallest_eigenvalue;
 use crate::standard_map::StandardMap;
 use crate::yaml;
 
-/// A body on a link, as its file has it.
+/// A body on a link, with the fields of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownLoad {
-    /// Name of the link in the model, or of a frame that its file fixes to one: `tool0`.
+    /// Name of the link in the model, or of a frame that the model's file fixes to a link: `tool0`.
     pub link: String,
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// m, in that frame as the model's file has it.
+    /// Centre of mass, m, in that frame as defined in the model's file.
     pub centre_of_mass: [f64; 3],
-    /// kg m^2, about the centre of mass, in the axes of that frame; zero where it is not given.
+    /// Inertia about the centre of mass, kg m^2, in the axes of that frame; zero where not given.
     #[serde(default)]
     pub inertia: Inertia,
 }
@@ -44,21 +44,24 @@ pub struct Inertia {
     pub zz: f64,
 }
 
+/// Relative rounding of the eigenvalues of a pseudo-inertia.
+const EIGENVALUE_ROUNDING: f64 = 1e-12;
+
 impl KnownLoad {
-    /// Reads the file; fails with the line that does not belong to a load, and where no body has these figures.
+    /// Reads the file. Fails with the line of an unexpected entry, and where no body has this mass and inertia.
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
         let error = |message: String| Error { place: Place { file: file.into(), ..Place::default() }, message };
         let load: KnownLoad = yaml::read(text).map_err(|e| error(format!("this is no load: {e}")))?;
         load.fault().map_or(Ok(load), |fault| Err(error(fault)))
     }
 
-    /// Why no body has these figures, if so.
+    /// An error text where no body has this mass and inertia; `None` where they are possible.
     pub fn fault(&self) -> Option<String> {
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
         let finite = self.part().parameters().iter().all(|x| x.is_finite());
         let i = self.inertia;
-        // A point has no moments, so zero is allowed; the rounding of the eigenvalues is that of the largest one.
-        let least = -1e-12 * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
+        // A point mass has no moments, so zero is allowed, up to the rounding of the largest eigenvalue.
+        let least = -EIGENVALUE_ROUNDING * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
         let is_none = !finite || self.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least;
         is_none.then(|| {
             "no body has this mass and inertia: a positive mass is needed, in kg, and moments about the centre of mass of \
@@ -67,12 +70,13 @@ impl KnownLoad {
         })
     }
 
-    /// Its contribution to the base parameters of the map. Fails when the robot has no such link, and when no joint moves it.
+    /// Its contribution B_L phi_L to the base parameters of the map. Fails when the robot has no such link, and when no joint
+    /// moves the link.
     pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, String> {
         let (link, frame) = self.carrier(robot)?;
         let Some(&(_, first)) = map.bodies.iter().find(|(name, _)| *name == link.name) else {
             return Err(format!(
-                "the load is on `{}`: no torque tells of a body there, since no joint moves it",
+                "the load is on `{}`: no torque depends on a body there, since no joint moves it",
                 self.link
             ));
         };
@@ -81,7 +85,7 @@ impl KnownLoad {
         Ok((0..map.matrix.nrows()).map(|k| (0..10).map(|c| columns[(k, c)] * ten[c]).sum()).collect())
     }
 
-    /// The link that moves with it, and the frame that it is given in, in the frame of that link.
+    /// The link that carries it, and the pose of its frame in the frame of that link.
     fn carrier<'a>(&self, robot: &'a Robot) -> Result<(&'a Link, Pose), String> {
         let fixed = |link: &'a Link| {
             let frame = link.frames.iter().find(|(name, _)| *name == self.link);
@@ -118,7 +122,7 @@ mod tests {
     #[test]
     fn a_file_is_a_body() {
         let load = KnownLoad::from_yaml("load.yaml", FILE).unwrap();
-        // Steiner: 0.01 + 2 0.1^2, 0.02 + 2 (0.3^2 + 0.1^2), 0.02 + 2 0.3^2, -2 0.3 0.1, to rounding.
+        // Steiner: 0.01 + 2 0.1^2, 0.02 + 2 (0.3^2 + 0.1^2), 0.02 + 2 0.3^2, -2 0.3 0.1, up to rounding.
         let expected = [0.03, 0.0, -0.06, 0.22, 0.0, 0.2, 0.6, 0.0, 0.2, 2.0];
         for (x, y) in load.part().parameters().iter().zip(expected) {
             assert!((x - y).abs() < 1e-15, "{x} {y}");

@@ -1,13 +1,13 @@
 //! The model that is linear in its parameters: tau = Y X + friction + couplings.
 //!
-//! [`regressor`] is the narrow interface through which everything else sees a robot: given q, dq, ddq, fill Y. A
-//! [`compiled`] one of `generated` stands behind it, or a tape that `rist` hands over; neither can be told from the
-//! other. [`mod@linear_model`] lays [`friction`] and [`coupling`] beside it, in the order of [`row_layout`].
-//! [`parameter`] says what a column is; its name and its [`mod@unit`] follow. [`states`] are the samples that the rows
-//! are made of. [`standard_map`] and [`pseudo_inertia`] lead to bodies; [`known_load`] is a body that was weighed.
-//! [`yaml`] reads the files in which people write such things.
+//! [`regressor`] is the interface through which all other code uses the dynamics of a robot: given q, dq, ddq, fill Y. Its
+//! implementation is a [`compiled`] function of `generated` or a tape of `rist`, with equal results.
+//! [`mod@linear_model`] adds the columns of [`friction`] and [`coupling`], in the order of [`row_layout`]. [`parameter`]
+//! identifies a column; its name and its [`mod@unit`] follow from it. [`states`] are the samples from which rows are
+//! computed. [`standard_map`] and [`pseudo_inertia`] connect base parameters with bodies; [`known_load`] is a body with known
+//! mass. [`yaml`] reads files.
 //!
-//! It knows the numbers (`numerics`), what a robot is (`robot`), and the regressors of `generated`.
+//! It depends on `numerics`, `robot`, and the regressors of `generated`.
 //!
 //! Not here: expressions; where samples come from (`identification::signals`); which motion to run (`experiments`);
 //! estimation (`identification`).

@@ -1,20 +1,20 @@
-//! The observation equation of one instant: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
+//! The observation equation of one sample: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
 //!
-//! The parameters are those of the regressor, then the friction of each joint, then the couplings of the transmission.
+//! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission.
 //!
-//! tau is what known scales s and springs k of the transmission leave of the torque as it was measured:
+//! tau is the measured torque after removal of known scales s and springs k of the transmission:
 //!
 //! ```text
 //! tau_measured = s (tau + k q)        N m (N); s without unit, k N m/rad (N/m)
 //! ```
-//! Errors are relative to the torque as measured: a spring that is taken out makes no error smaller or larger by itself.
+//! Errors are relative to the measured torque, so the removal of a spring does not change a relative error by itself.
 
 use std::ops::Range;
 
 use generated::Eight;
 use numerics::row_block::{BLOCK_ROWS, RowBlock};
 
-use crate::coupling::{At, Coupled, Coupling};
+use crate::coupling::{Coupled, Coupling, Instant};
 use crate::friction::terms::{FrictionTerm, columns_before};
 use crate::label::Label;
 use crate::parameter::{Parameter, ParameterId};
@@ -22,7 +22,7 @@ use crate::regressor::Regressor;
 use crate::row_layout::RowLayout;
 use crate::states::States;
 
-/// Dynamics, friction and couplings together: everything that is linear in its parameters.
+/// Dynamics, friction and couplings: all torques that are linear in their parameters.
 pub struct Model<'a> {
     /// The base regressor.
     pub regressor: &'a dyn Regressor,
@@ -34,14 +34,14 @@ pub struct Model<'a> {
     pub scales: Vec<f64>,
     /// Known springs k, N m/rad (N/m), by coordinate; empty where there is none.
     pub springs: Vec<f64>,
-    /// In the order of the columns.
+    /// The parameters, in the order of the columns.
     pub parameters: Vec<Parameter>,
-    /// Where the entries of a sample stand in a block of rows.
+    /// Positions of the entries of a sample in a block of rows.
     pub layout: RowLayout,
 }
 
 impl<'a> Model<'a> {
-    /// The columns in their order: base parameters, friction joint by joint, couplings.
+    /// A model with the columns of base parameters, friction by joint, and couplings, in this order.
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &[Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
@@ -77,12 +77,12 @@ impl<'a> Model<'a> {
         self.regressor.coordinates().len()
     }
 
-    /// s of coordinate j.
+    /// Scale s of coordinate j.
     pub fn scale(&self, j: usize) -> f64 {
         self.scales.get(j).copied().unwrap_or(1.0)
     }
 
-    /// k q of coordinate j at sample r, N m (N).
+    /// Spring torque k q of coordinate j at sample r, N m (N).
     pub fn spring(&self, states: &States, r: usize, j: usize) -> f64 {
         self.springs.get(j).map_or(0.0, |stiffness| stiffness * states.q[r * states.n + j])
     }
@@ -93,7 +93,7 @@ impl<'a> Model<'a> {
         self.parameters.len()
     }
 
-    /// The n x p rows of the samples of a range, in turn: `take(r, rows)`, row by row.
+    /// Calls `take(r, rows)` for each sample of a range, with its n x p rows, row by row.
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
@@ -141,22 +141,22 @@ impl<'a> Model<'a> {
 
     /// The state of sample r and the direction of coupling i.
     #[inline]
-    fn at<'s>(&self, states: &'s States, r: usize, i: usize) -> At<'s> {
+    fn at<'s>(&self, states: &'s States, r: usize, i: usize) -> Instant<'s> {
         let n = self.n();
         let at = r * n..(r + 1) * n;
         let direction = states.motor_direction[r * self.couplings.len() + i];
-        At { q: &states.q[at.clone()], dq: &states.dq[at.clone()], ddq: &states.ddq[at], direction }
+        Instant { q: &states.q[at.clone()], dq: &states.dq[at.clone()], ddq: &states.ddq[at], direction }
     }
 
-    /// The rows of the samples of a range in blocks, without zeros.
+    /// The rows of the samples of a range in blocks, without zero entries.
     ///
-    /// `take(r, block)` gets the rows from sample r on. Their entries stand where `layout` says, and the torque is one
-    /// of them. Rows of joints at standstill are filled like the others.
+    /// `take(r, block)` is called with the rows from sample r on. `layout` gives the positions of their entries, including
+    /// the torque. Rows of joints at standstill are filled like the others.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
         self.each_block(states, range, &mut take);
     }
 
-    /// The same, compiled once and in one piece.
+    /// Implements [`Model::blocks`] without generics, so that it is compiled once.
     fn each_block(&self, states: &States, range: Range<usize>, take: &mut dyn FnMut(usize, &mut RowBlock)) {
         let n = self.n();
         let filtered = states.filtered(self.friction);
@@ -165,7 +165,7 @@ impl<'a> Model<'a> {
         for first in range.clone().step_by(BLOCK_ROWS) {
             block.rows = BLOCK_ROWS.min(range.end - first);
             inputs.clear();
-            // The lanes past the end repeat the last sample.
+            // SIMD lanes past the end repeat the last sample.
             for r in (first..first + block.groups() * 8).map(|r| r.min(range.end - 1)) {
                 for x in [&states.q, &states.dq, &states.ddq] {
                     inputs.extend_from_slice(&x[r * n..(r + 1) * n]);
@@ -200,7 +200,7 @@ impl<'a> Model<'a> {
                 let entries = &mut group[place..place + width];
                 place += width;
                 match (term, filtered, &mut *entries) {
-                    // The usual ones.
+                    // Fast paths of the standard terms.
                     (FrictionTerm::Viscous, None, [entry]) => of_joint(&states.dq, entry),
                     (FrictionTerm::Coulomb, None, [entry]) => of_joint(&states.direction, entry),
                     (FrictionTerm::Offset, None, [entry]) => entry.0[..samples.len()].fill(1.0),
@@ -222,7 +222,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The columns of a friction term of joint j at sample r, of which no term has more than four.
+    /// The columns of a friction term of joint j at sample r; a term has at most four.
     #[inline]
     fn friction_at(
         &self,
@@ -244,7 +244,7 @@ impl<'a> Model<'a> {
         columns
     }
 
-    /// tau - W x of eight rows of joint j.
+    /// Residuals tau - W x of eight rows of joint j, N m (N).
     #[inline]
     pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
         let joint = &self.layout.joints[j];
@@ -258,7 +258,7 @@ impl<'a> Model<'a> {
         residual
     }
 
-    /// tau - W x of the used rows of all samples, in turn: `take(r, j, residual)`.
+    /// Calls `take(r, j, residual)` with tau - W x, N m (N), for the used rows of all samples.
     pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
         let n = self.n();
         self.residual_groups(states, 0..states.len(), x, |group| {
@@ -270,7 +270,7 @@ impl<'a> Model<'a> {
         });
     }
 
-    /// The rows of a range and tau - W x, eight samples at a time.
+    /// Calls `take` with the rows of a range and their residuals tau - W x, eight samples at a time.
     pub fn residual_groups(
         &self,
         states: &States,
@@ -281,7 +281,7 @@ impl<'a> Model<'a> {
         self.each_residual_group(states, range, x, &mut take);
     }
 
-    /// The same, compiled once and in one piece.
+    /// Implements [`Model::residual_groups`] without generics, so that it is compiled once.
     fn each_residual_group(
         &self,
         states: &States,
@@ -301,17 +301,17 @@ impl<'a> Model<'a> {
     }
 }
 
-/// The rows of up to eight samples under parameters.
+/// The rows and residuals of up to eight samples.
 pub struct ResidualGroup<'a> {
     /// The record.
     pub states: &'a States,
-    /// The samples, one per lane, in turn.
+    /// The samples, one per SIMD lane, in order.
     pub samples: Range<usize>,
-    /// The entries, where the layout of the model has them.
+    /// The entries, at the positions of the model's layout.
     pub entries: &'a [Eight],
-    /// tau - W x, one per joint, also of rows that do not count.
+    /// Residuals tau - W x by joint, N m (N), also of unused rows.
     pub residuals: &'a [[f64; 8]],
 }
 
-/// Samples whose regressors are computed together: eight for each lane of the widest processor.
+/// Number of samples whose regressors are computed together: eight blocks of eight SIMD lanes.
 const SAMPLES_PER_PASS: usize = 64;

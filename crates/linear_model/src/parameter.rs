@@ -1,6 +1,6 @@
 //! The parameters of the observation equation: the identity, the name and the unit of each.
 //!
-//! A name is the `Display` of a [`ParameterId`]: letters, then a [`Label`]. It is parsed only where a file is read.
+//! A name is the `Display` of a [`ParameterId`]: letters, then a [`Label`]. It is parsed only when a file is read.
 //!
 //! | parameter | letters | unit (prismatic joint) |
 //! |---|---|---|
@@ -24,7 +24,7 @@ use crate::coupling_parameter::CouplingParameter;
 use crate::label::Label;
 use crate::unit::Unit;
 
-/// The identity of a parameter. Two parameters are the same when their names are.
+/// The identity of a parameter. Parameters with equal names are identical.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParameterId {
     /// A base parameter of the dynamics.
@@ -38,7 +38,7 @@ pub enum ParameterId {
 }
 
 impl ParameterId {
-    /// A friction parameter of a coordinate; a rotor inertia is the same parameter wherever it is estimated.
+    /// A friction parameter of a coordinate; a rotor inertia among the friction is identical to the base parameter IA.
     pub fn friction(parameter: FrictionParameter, coordinate: &str) -> ParameterId {
         let label = Label::of_coordinate(coordinate);
         match parameter {
@@ -52,7 +52,7 @@ impl ParameterId {
         ParameterId::DriveGain(Label::of_coordinate(coordinate))
     }
 
-    /// The SI unit; `is_prismatic` tells whether the joint of the parameter slides.
+    /// The SI unit; `is_prismatic`: whether the joint of the parameter is prismatic.
     pub fn unit(&self, is_prismatic: bool) -> Unit {
         match self {
             ParameterId::Base(name) => match name.inertial {
@@ -79,7 +79,7 @@ impl fmt::Display for ParameterId {
     }
 }
 
-/// Reads a name as a file has it; fails where no parameter has that name.
+/// Reads a name from a file; fails where no parameter has that name.
 impl FromStr for ParameterId {
     type Err = String;
 
@@ -116,19 +116,19 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// A column of the base regressor: its name, and the joint that its link moves with.
+/// A column of the base regressor: its name, and the joint that moves its link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
     /// The name of the column.
     pub name: BaseName,
-    /// The coordinates that move the joint of its link: its own, or those that determine a passive joint.
+    /// The coordinates that move the joint of its link: its own coordinate, or those that determine a passive joint.
     pub coordinates: Vec<usize>,
-    /// Whether that joint slides.
+    /// Whether that joint is prismatic.
     pub is_prismatic: bool,
 }
 
 impl BaseParameter {
-    /// A parameter by its name, of a link that turns with one coordinate.
+    /// A parameter by its name, of a link with a revolute joint of one coordinate.
     ///
     /// Fails where no base parameter has that name.
     pub fn turning(name: &str, coordinate: usize) -> Result<BaseParameter, String> {
@@ -139,18 +139,18 @@ impl BaseParameter {
 /// The name of a base parameter: `ZZR1`, `XXR_elbow`, `D2MXR4`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseName {
-    /// Without gravity, the length through which a first moment acts; empty otherwise.
+    /// Without gravity, the length by which a first moment is multiplied; empty otherwise.
     pub lever: String,
-    /// The standard parameter whose column it is.
+    /// The standard parameter of its column.
     pub inertial: Inertial,
-    /// Whether other parameters regroup into it: the R behind the letters.
+    /// Whether other parameters regroup into it: the R after the letters.
     pub absorbs: bool,
     /// The label of its link.
     pub label: Label,
 }
 
 impl BaseName {
-    /// The name of a parameter into which nothing regroups.
+    /// The name of a parameter into which no other parameter regroups.
     pub fn plain(inertial: Inertial, label: Label) -> BaseName {
         BaseName { lever: String::new(), inertial, absorbs: false, label }
     }
@@ -167,7 +167,7 @@ impl FromStr for BaseName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<BaseName, String> {
-        // Letters, R, label: from the start, or for a first moment behind its lever.
+        // Letters, R, label: from the start, or for a first moment after its lever.
         let at = |start: usize, inertial: Inertial| {
             let rest = name[start..].strip_prefix(inertial.letters())?;
             let found = |absorbs: bool, label: &str| {
@@ -193,11 +193,11 @@ impl FromStr for BaseName {
 /// A friction parameter of one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionParameter {
-    /// FV.
+    /// FV: viscous friction.
     Viscous,
-    /// FS.
+    /// FS: Coulomb friction.
     Coulomb,
-    /// OFF.
+    /// OFF: constant torque.
     Offset,
     /// FVP: viscous, for dq > 0.
     ViscousForward,
@@ -209,26 +209,26 @@ pub enum FrictionParameter {
     CoulombBackward,
     /// FT: excess of stiction over Coulomb friction.
     Stribeck,
-    /// FTP: the same for dq > 0.
+    /// FTP: excess of stiction for dq > 0.
     StribeckForward,
-    /// FTN: the same for dq < 0.
+    /// FTN: excess of stiction for dq < 0.
     StribeckBackward,
     /// FL: Coulomb friction per unit of torque.
     Load,
-    /// FLP: the same for dq > 0.
+    /// FLP: Coulomb friction per unit of torque for dq > 0.
     LoadForward,
-    /// FLN: the same for dq < 0.
+    /// FLN: Coulomb friction per unit of torque for dq < 0.
     LoadBackward,
     /// IA: rotor inertia, for models that have none.
     Rotor,
-    /// FVA: viscous, where it differs by direction: half of the difference.
+    /// FVA: half of the difference of viscous friction between both directions.
     ViscousAsymmetry,
-    /// FR: per root of the speed.
+    /// FR: friction per root of the speed.
     Root,
 }
 
 impl FrictionParameter {
-    /// All with the letters of their names and what they are, in the order of their declaration.
+    /// All parameters with the letters of their names and their meaning, in the order of their declaration.
     const ALL: [(FrictionParameter, &str, &str); 16] = {
         use FrictionParameter::*;
         [
@@ -256,28 +256,28 @@ impl FrictionParameter {
         Self::ALL[self as usize].1
     }
 
-    /// What it is, in words.
+    /// Its meaning in words.
     pub fn meaning(self) -> &'static str {
         Self::ALL[self as usize].2
     }
 
-    /// Whether it is friction that is neither viscous nor Coulomb's.
+    /// Whether it is friction other than viscous and Coulomb friction.
     pub fn is_other_friction(self) -> bool {
         let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
         !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
-    /// Whether it multiplies a speed, so that a negative value drives the joint.
+    /// Whether it multiplies a speed, so that a negative value drives the joint instead of braking it.
     pub fn is_viscous(self) -> bool {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
 
-    /// Whether friction drives where the parameter is negative.
+    /// Whether it dissipates: a negative value would drive the joint.
     pub fn brakes(self) -> bool {
         self.is_viscous() || matches!(self, Self::Coulomb | Self::CoulombForward)
     }
 
-    /// The unit at a joint that turns.
+    /// The unit at a revolute joint.
     fn unit(self) -> Unit {
         match self {
             Self::Viscous | Self::ViscousForward | Self::ViscousBackward | Self::ViscousAsymmetry => Unit::VISCOUS,
@@ -294,10 +294,10 @@ impl FrictionParameter {
 pub struct Parameter {
     /// Its identity.
     pub id: ParameterId,
-    /// The coordinates it acts with: that of a friction parameter, or those that move the joint of a base parameter's
+    /// Its coordinates: the coordinate of a friction parameter, or the coordinates that move the joint of a base parameter's
     /// link.
     pub coordinates: Vec<usize>,
-    /// Whether its joint slides.
+    /// Whether its joint is prismatic.
     pub is_prismatic: bool,
 }
 

@@ -1,15 +1,15 @@
-//! The ten parameters of a body as one matrix, which is positive definite for a distribution of mass.
+//! The pseudo-inertia of a body: its ten parameters as one matrix, which is positive definite for a distribution of mass.
 //!
 //! P = [[S, h], [h', m]] with the second moments S = tr(I)/2 1 - I, the first moments h and the mass m, all about the
-//! link's origin. P > 0 exactly when some distribution of positive mass has these parameters
-//! [Wensing, Kim, Slotine 2018]. This one condition means positive mass, positive definite inertia about the centre of
-//! mass, and the triangle inequalities of its principal moments.
+//! origin of the link frame. P > 0 exactly when some distribution of positive mass has these parameters
+//! [Wensing, Kim, Slotine 2018]. The condition means positive mass, positive definite inertia about the centre of mass,
+//! and the triangle inequalities of the principal moments.
 //!
 //! Parameters in the order XX XY XZ YY YZ ZZ MX MY MZ M; XY is the entry of the inertia matrix.
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// XX XY XZ YY YZ ZZ MX MY MZ M, kg m^2, kg m, kg.
+/// Parameters of a body: XX XY XZ YY YZ ZZ, kg m^2, MX MY MZ, kg m, M, kg.
 pub type Ten = [f64; 10];
 
 /// The pseudo-inertia matrix of ten parameters.
@@ -59,7 +59,7 @@ pub fn smallest_eigenvalue(x: &Ten) -> f64 {
     pseudo_inertia(x).symmetric_eigenvalues().min()
 }
 
-/// A body about its centre of mass.
+/// The mass, centre of mass, and inertia of a body about its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centroidal {
     /// Mass, kg.
@@ -70,7 +70,7 @@ pub struct Centroidal {
     pub inertia: [f64; 6],
 }
 
-/// Moves the ten parameters to the centre of mass; `None` unless the mass is positive.
+/// Converts the ten parameters to the centre of mass; `None` unless the mass is positive.
 ///
 /// I_c = I - m (c'c 1 - c c')
 pub fn centroidal(x: &Ten) -> Option<Centroidal> {

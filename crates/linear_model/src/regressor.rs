@@ -1,4 +1,4 @@
-//! The one interface through which identification sees a robot's dynamics.
+//! The interface of a robot's dynamics for identification.
 
 pub use generated::Eight;
 
@@ -8,7 +8,7 @@ use crate::states::States;
 /// A coordinate of a robot: its name, and whether it is a length.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
-    /// As the description names it.
+    /// Name in the description.
     pub name: String,
     /// Whether it is a length, not an angle.
     pub is_prismatic: bool,
@@ -16,8 +16,8 @@ pub struct Coordinate {
 
 /// The base regressor of a robot: tau = Y(q, dq, ddq) X, friction not included.
 ///
-/// `q`, `dq`, `ddq`: one entry a coordinate, rad, rad/s, rad/s^2 (m for a prismatic joint). `y`:
-/// n x p, row by row: `y[i * p + c]` is the torque of coordinate i per unit of parameter c.
+/// `q`, `dq`, `ddq`: one entry per coordinate, rad, rad/s, rad/s^2 (m for a prismatic joint). `y`: n x p, row by row:
+/// `y[i * p + c]` is the torque of coordinate i, N m (N), per unit of parameter c.
 pub trait Regressor: Sync {
     /// The coordinates, in the order of q.
     fn coordinates(&self) -> &[String];
@@ -25,16 +25,16 @@ pub trait Regressor: Sync {
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
     fn parameters(&self) -> &[BaseParameter];
 
-    /// Whether coordinate k is a length, not an angle. Units, and the limit of little motion, follow from it.
+    /// Whether coordinate k is a length, not an angle. Units and thresholds of motion depend on it.
     fn is_prismatic(&self, _k: usize) -> bool {
         false
     }
 
-    /// Writes Y at one instant. `y` has coordinates().len() * parameters().len() entries.
+    /// Writes Y at one state. `y` has coordinates().len() * parameters().len() entries.
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
 
-    /// Writes Y at many instants, one after the other: `states` holds q, dq, ddq of one instant after
-    /// the other. A regressor that computes several at a time overrides this.
+    /// Writes Y at many states in order: `states` contains q, dq, ddq of each state. A regressor that computes several states
+    /// together overrides this.
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates().len();
         let size = n * self.parameters().len();
@@ -46,17 +46,16 @@ pub trait Regressor: Sync {
         }
     }
 
-    /// Row and column of each entry of Y that is not zero at every state, row by row; all entries where nothing is
-    /// known of them.
+    /// Row and column of each entry of Y that is not identically zero, row by row; by default all entries.
     fn non_zeros(&self) -> Vec<(usize, usize)> {
         let p = self.parameters().len();
         (0..self.coordinates().len()).flat_map(|i| (0..p).map(move |c| (i, c))).collect()
     }
 
-    /// Writes the entries of `non_zeros` at many instants, eight side by side.
+    /// Writes the entries of `non_zeros` at many states, in eight SIMD lanes.
     ///
-    /// `blocks[g * stride + e]` is entry e of instants 8 g .. 8 g + 7. `states` holds q, dq, ddq of one instant after
-    /// the other; their number is a multiple of eight. A regressor that computes eight at a time overrides this.
+    /// `blocks[g * stride + e]` is entry e of states 8 g .. 8 g + 7. `states` contains q, dq, ddq of each state; the number of
+    /// states is a multiple of eight. A regressor that computes eight states together overrides this.
     fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
         let (n, p, non_zeros) = (self.coordinates().len(), self.parameters().len(), self.non_zeros());
         if n == 0 {
@@ -72,7 +71,7 @@ pub trait Regressor: Sync {
     }
 }
 
-/// Puts the torques of the bodies that these base parameters predict into the states.
+/// Sets `states.load` to the torques Y X, N m (N), with these base parameters X.
 pub fn predict_load(regressor: &dyn Regressor, states: &mut States, base: &[f64]) {
     let (n, p) = (states.n, base.len());
     let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);

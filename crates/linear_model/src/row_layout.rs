@@ -1,18 +1,18 @@
-//! Where the entries of a sample's rows stand: those of the regressor that are not always zero, then the friction of
-//! each joint, then the couplings, then the torque of each joint. Zeros have no place.
+//! Positions of the entries of a sample's rows in a block: the entries of the regressor that are not identically zero, then
+//! the friction of each joint, then the couplings, then the torque of each joint. Zero entries are not stored.
 
 use crate::coupling::Coupling;
 use crate::friction::terms::{FrictionTerm, columns_before, columns_of};
 use crate::regressor::Regressor;
 
-/// The places of all entries of one sample.
+/// The positions of all entries of one sample.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
     /// Number of entries of the regressor, which come first.
     pub base: usize,
-    /// The entries of each joint's row.
+    /// The entries of the row of each joint.
     pub joints: Vec<JointEntries>,
-    /// For each coupling the first of its places in each of its rows.
+    /// By coupling, its first position in each of its rows.
     pub couplings: Vec<Vec<usize>>,
     /// Number of all entries.
     pub entries: usize,
@@ -21,16 +21,16 @@ pub struct RowLayout {
 /// The row of one joint.
 #[derive(Clone, Debug, Default)]
 pub struct JointEntries {
-    /// The parameters that its torque can depend on, ascending.
+    /// The columns that its torque can depend on: base parameters ascending, then friction, then couplings.
     pub columns: Vec<usize>,
-    /// Their places, then that of the torque.
+    /// The positions of these columns, then the position of the torque.
     pub places: Vec<usize>,
-    /// The first place of its friction.
+    /// The first position of its friction.
     pub friction: usize,
 }
 
 impl JointEntries {
-    /// The place of the torque.
+    /// The position of the torque.
     #[inline]
     pub fn torque_place(&self) -> usize {
         self.places.last().copied().unwrap_or_default()
@@ -38,7 +38,7 @@ impl JointEntries {
 }
 
 impl RowLayout {
-    /// The layout with these terms of friction.
+    /// The layout of rows with these friction terms and couplings.
     pub fn new(regressor: &dyn Regressor, friction: &[FrictionTerm], couplings: &[Coupling]) -> RowLayout {
         let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
         let non_zeros = regressor.non_zeros();
@@ -48,7 +48,7 @@ impl RowLayout {
             joint.places.extend(first..first + columns.len());
             first + columns.len()
         };
-        // In this order: the regressor, friction by joint, couplings, torques.
+        // Order: regressor, friction by joint, couplings, torques.
         for (place, &(joint, column)) in non_zeros.iter().enumerate() {
             take(&mut joints[joint], column..column + 1, place);
         }

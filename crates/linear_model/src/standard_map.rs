@@ -1,4 +1,4 @@
-//! The map from the standard parameters to the base parameters in numbers: X = B phi.
+//! The numerical map from standard parameters to base parameters: X = B phi.
 
 use nalgebra::DMatrix;
 
@@ -7,16 +7,16 @@ use nalgebra::DMatrix;
 pub struct StandardMap {
     /// Names of the standard parameters.
     pub standard: Vec<String>,
-    /// X = B phi: base x standard.
+    /// B of X = B phi: number of base parameters x number of standard parameters.
     pub matrix: DMatrix<f64>,
-    /// Each link's name and first column; a link has ten, in the order XX XY XZ YY YZ ZZ MX MY MZ M.
+    /// Name and first column of each link; a link has ten columns, in the order XX XY XZ YY YZ ZZ MX MY MZ M.
     pub bodies: Vec<(String, usize)>,
     /// Columns that cannot be negative: the rotor inertias IA.
     pub rotors: Vec<usize>,
 }
 
 impl StandardMap {
-    /// Makes the map from the entries (base, standard, coefficient) of B.
+    /// A map from the entries (base, standard, coefficient) of B.
     pub fn new(
         standard: Vec<String>,
         base: usize,

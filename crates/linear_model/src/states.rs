@@ -1,46 +1,46 @@
-//! Samples of one record, ready for the regressor.
+//! Samples of one record, as inputs of the regressor.
 
 use crate::friction::terms::FrictionTerm;
 
-/// The columns of a friction term behind the filter of the torques.
+/// The columns of a friction term after the filter of the torques.
 #[derive(Clone, Debug)]
 pub struct FilteredFriction {
     /// The term.
     pub term: FrictionTerm,
-    /// Sample by sample, joint by joint, as many as the term has parameters.
+    /// Columns by sample and joint, one per parameter of the term.
     pub columns: Vec<f64>,
 }
 
-/// Samples ready for the regressor: row r of each n-column array is one instant.
+/// Samples as inputs of the regressor: row r of each n-column array is one sample.
 #[derive(Clone, Debug, Default)]
 pub struct States {
     /// Number of coordinates.
     pub n: usize,
-    /// Which of the logs the record is of, from 0.
+    /// Number of the log of the record, from 0.
     pub log: usize,
-    /// s, one per instant.
+    /// Times, s, one per sample.
     pub t: Vec<f64>,
-    /// rad (m); sample by sample, n each, as the series below.
+    /// Positions, rad (m); sample by sample, n each, as the series below.
     pub q: Vec<f64>,
-    /// rad/s (m/s).
+    /// Velocities, rad/s (m/s).
     pub dq: Vec<f64>,
-    /// rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: Vec<f64>,
-    /// N m (N).
+    /// Torques, N m (N).
     pub tau: Vec<f64>,
     /// sign(dq), or that sign after the filter.
     pub direction: Vec<f64>,
     /// Directions of coupled motors, one per coupling, sample by sample.
     pub motor_direction: Vec<f64>,
-    /// Columns of friction that were filtered as a whole; other terms are computed sample by sample.
+    /// Friction columns that were filtered as a whole; columns of other terms are computed sample by sample.
     pub friction: Vec<FilteredFriction>,
-    /// Torque of the bodies that an earlier fit predicts, N m (N), n each; empty where no friction grows with it.
+    /// Torque of the bodies predicted by an earlier fit, N m (N), n each; empty without load-dependent friction.
     pub load: Vec<f64>,
-    /// Whether the row of joint j at sample r counts.
+    /// Whether the row of joint j at sample r is used.
     pub used: Vec<bool>,
-    /// Cut-off of positions and velocities in force, Hz; 0: none.
+    /// Cut-off of positions and velocities, Hz; 0: none.
     pub cutoff: f64,
-    /// Cut-off of the torques in force, Hz; 0: none.
+    /// Cut-off of the torques, Hz; 0: none.
     pub effort_cutoff: f64,
     /// Time between samples, s.
     pub period: f64,
@@ -49,25 +49,25 @@ pub struct States {
 }
 
 impl States {
-    /// Number of instants.
+    /// Number of samples.
     #[inline]
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
-    /// The filtered columns of each of these terms; `None` where a term has none.
+    /// The filtered columns of each of these terms; `None` for a term without filtered columns.
     pub fn filtered(&self, terms: &[FrictionTerm]) -> Vec<Option<&[f64]>> {
         let of = |term: &FrictionTerm| self.friction.iter().find(|f| f.term == *term).map(|f| f.columns.as_slice());
         terms.iter().map(of).collect()
     }
 
-    /// The torque that a term of a single joint grows with, zero where none was predicted; `None` for other terms.
+    /// The load of a term of a single joint, N m (N), zero where none was predicted; `None` for other terms.
     #[inline]
     pub(crate) fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 
-    /// Joins records of one robot that were prepared alike; where there is one number only, it is that of the first.
+    /// Joins records of one robot with equal preparation; single numbers come from the first record.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {
@@ -91,7 +91,7 @@ impl States {
         all
     }
 
-    /// Bytes of the series.
+    /// Size of the series, bytes.
     pub fn bytes(&self) -> usize {
         let of_terms = self.friction.iter().map(|term| &term.columns);
         let series =
@@ -100,7 +100,7 @@ impl States {
         numbers * size_of::<f64>() + self.used.len()
     }
 
-    /// Whether there is no instant.
+    /// Whether there is no sample.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()

@@ -1,4 +1,4 @@
-//! The units of parameters and of their joints.
+//! The units of parameters.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(&'static str);
 
-/// Units of a joint's own parameters (IA, friction, gain): where it turns, and where it slides.
+/// Units of joint parameters (IA, friction, gain): of a revolute joint, and of a prismatic joint.
 const UNITS_BY_JOINT_KIND: [(Unit, Unit); 6] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
@@ -39,7 +39,7 @@ impl Unit {
     /// A number without unit.
     pub const ONE: Unit = Unit("1");
 
-    /// The unit of a joint's own parameter: this one where the joint turns, and its counterpart where it slides.
+    /// The unit of a joint parameter: this unit for a revolute joint, and its counterpart for a prismatic one.
     pub fn along(self, is_prismatic: bool) -> Unit {
         let sliding = UNITS_BY_JOINT_KIND.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)

@@ -1,18 +1,18 @@
-//! Reads YAML: artefacts, and files that users write.
+//! Reading of YAML: artefacts, and files that users write.
 
 use gate::suggestion::did_you_mean;
 use robot::format::read_as;
 use serde::de::DeserializeOwned;
 
-/// The value that a text stands for.
+/// Reads a value from a text.
 ///
-/// Fails with the line and column of what is not expected, and the word that was meant where there is one, and where
-/// anchors repeat more than the text holds.
+/// Fails with the line and column of an unexpected entry, with a suggestion for a misspelt word, and where anchors expand to
+/// more than the size of the text.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     read_as(text).map_err(|e| meant(&e))
 }
 
-/// A message on an unknown word with the known one that is nearest to it: behind the word stands which are expected.
+/// The message on an unknown word with the most similar expected word added; the expected words are listed in the message.
 fn meant(message: &str) -> String {
     let parts = message.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)));
     let Some((before, (word, after))) = parts.filter(|(before, _)| before.contains("unknown")) else {

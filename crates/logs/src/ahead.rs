@@ -1,4 +1,4 @@
-//! Reads the rows of a file on a thread of its own, while the rows before them go into blocks.
+//! Reads the rows of a file on a separate thread while earlier rows are added to blocks.
 
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -6,21 +6,21 @@ use std::thread::JoinHandle;
 use crate::Error;
 use crate::table::{RowReader, Table};
 
-/// Rows that are read at once, so few that their numbers stay in the cache on the way into a block.
+/// Rows that are read at once: few enough that their numbers stay in the cache until they are in a block.
 pub(crate) const ROWS_PER_READ: usize = 1 << 14;
 
-/// Tables that may wait to be taken.
+/// Greatest number of tables that wait in the queue.
 const MAX_WAITING_TABLES: usize = 2;
 
-/// The rows of a file that come next.
+/// The next rows of a file, read ahead.
 pub(crate) struct RowsAhead {
     tables: Receiver<Result<Table, Error>>,
     reader: Option<JoinHandle<()>>,
 }
 
 impl RowsAhead {
-    /// Reads tables of at most [`ROWS_PER_READ`] rows. Every `block` rows a new table begins, so that no table crosses
-    /// the end of a block.
+    /// Reads tables of at most [`ROWS_PER_READ`] rows. A new table begins after every `block` rows, so that no table crosses the
+    /// end of a block.
     pub(crate) fn new(mut file: Box<dyn RowReader>, block: usize) -> RowsAhead {
         let (sender, tables) = sync_channel(MAX_WAITING_TABLES);
         let read = move || {
@@ -29,7 +29,7 @@ impl RowsAhead {
                 let table = file.rows(ROWS_PER_READ.min(left));
                 let rows = table.as_ref().map_or(0, Table::rows);
                 left = if rows < left { left - rows } else { block };
-                // Nobody receives the next table after a failure on an earlier one.
+                // After a failure the receiver is dropped and sending fails.
                 if sender.send(table).is_err() || rows == 0 {
                     break;
                 }
@@ -38,9 +38,9 @@ impl RowsAhead {
         RowsAhead { tables, reader: Some(std::thread::spawn(read)) }
     }
 
-    /// The next rows. An empty table is the end; do not ask again after it.
+    /// The next rows. An empty table marks the end; do not call again after it.
     ///
-    /// Fails as [`RowReader::rows`] does.
+    /// Fails like [`RowReader::rows`].
     pub(crate) fn next(&mut self) -> Result<Table, Error> {
         match (self.tables.recv(), &mut self.reader) {
             (Ok(table), _) => table,

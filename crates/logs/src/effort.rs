@@ -1,20 +1,20 @@
-//! What the efforts of a log are: torques, or what a gain of each drive makes torques of.
+//! The meaning of the efforts of a log: torques, or signals that a gain of each drive converts to torques.
 
 use serde::Serialize;
 
 use crate::cleaning::account::ReadColumns;
-use crate::columns::names::{ColumnNames, Names};
+use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::words::Quantity;
 
-/// What the effort columns of a log hold.
+/// The quantity in the effort columns of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// N m (N for a prismatic joint).
+    /// Torque, N m (N for a prismatic joint).
     Torque,
-    /// A; drive gains make torques of it.
+    /// Current, A; drive gains convert it to torques.
     Current,
-    /// rad (m), the goal of a position servo minus its position; the gain of the servo makes a torque of it.
+    /// The goal of a position servo minus its position, rad (m); the gain of the servo converts it to a torque.
     #[serde(rename = "position error")]
     PositionError,
 }
@@ -28,26 +28,26 @@ impl Effort {
         }
     }
 
-    /// The options that choose the columns which were read. Coordinates without a torque have none there.
+    /// The options that select the columns of `read`. Coordinates without a torque have none there.
     pub(crate) fn names(self, read: ReadColumns) -> ColumnNames {
-        let effort = |of: Effort| Some(Names::Each(read.effort.clone())).filter(|_| of == self);
+        let effort = |of: Effort| Some(NamePattern::Each(read.effort.clone())).filter(|_| of == self);
         ColumnNames {
             torque: effort(Effort::Torque),
             current: effort(Effort::Current),
             goal: effort(Effort::PositionError),
-            position: Some(Names::Each(read.position)),
-            velocity: read.velocity.map(Names::Each),
-            acceleration: read.acceleration.map(Names::Each),
+            position: Some(NamePattern::Each(read.position)),
+            velocity: read.velocity.map(NamePattern::Each),
+            acceleration: read.acceleration.map(NamePattern::Each),
             ..ColumnNames::default()
         }
     }
 
-    /// Whether a gain of each drive makes torques of them.
+    /// Whether a gain of each drive converts the efforts to torques.
     pub fn needs_gains(self) -> bool {
         self != Effort::Torque
     }
 
-    /// What they are called: several of them.
+    /// The name of the efforts, in the plural.
     pub fn words(self) -> &'static str {
         match self {
             Effort::Torque => "torques",
@@ -56,7 +56,7 @@ impl Effort {
         }
     }
 
-    /// The unit of the gain that makes torques of them, of joints that turn.
+    /// The unit of the gain that converts the efforts to torques, for joints that turn.
     pub fn gain_unit(self) -> &'static str {
         match self {
             Effort::Torque => "1",

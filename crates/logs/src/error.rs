@@ -1,8 +1,8 @@
-//! What is wrong with a log, a column or an option, and where.
+//! A fault of a log, a column or an option, with its place.
 
 use std::fmt;
 
-/// Input that cannot be used: where, what was found, what was expected, what to do.
+/// Unusable input: the place, the finding, the expectation, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     file: String,
@@ -11,27 +11,27 @@ pub struct Error {
 }
 
 impl Error {
-    /// An error that concerns no file.
+    /// An error without a file.
     pub fn new(message: impl Into<String>) -> Error {
         Error { file: String::new(), line: 0, message: message.into() }
     }
 
-    /// An error in a file; `line` counts from 1, 0 where no line is to blame.
+    /// An error in a file; `line` counts from 1; 0: no particular line.
     pub fn at(file: &str, line: usize, message: impl Into<String>) -> Error {
         Error { file: file.into(), line, message: message.into() }
     }
 
-    /// The file at fault; empty where none is.
+    /// The file of the error; empty where there is none.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// The line at fault, from 1; 0 where none is.
+    /// The line of the error, from 1; 0 where there is none.
     pub fn line(&self) -> usize {
         self.line
     }
 
-    /// What was found, what was expected, what to do.
+    /// The finding, the expectation, and the remedy.
     pub fn message(&self) -> &str {
         &self.message
     }

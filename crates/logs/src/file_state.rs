@@ -1,11 +1,11 @@
-//! Whether a file that is being read is still the same.
+//! Detects changes of a file while it is read.
 
 use std::path::Path;
 use std::time::SystemTime;
 
 use crate::Error;
 
-/// Length and time of modification, which change when a file is written or replaced.
+/// Length and modification time; they change when a file is written or replaced.
 #[derive(Clone, PartialEq)]
 pub(crate) struct FileState(u64, Option<SystemTime>);
 
@@ -17,18 +17,18 @@ impl FileState {
         Ok(FileState(metadata.len(), metadata.modified().ok()))
     }
 
-    /// That of a regular file; `None` of a pipe, a folder, or what is no path.
+    /// The state of a regular file; `None` for a pipe, a folder, or a missing path.
     pub(crate) fn of_file(path: &Path) -> Option<FileState> {
         if path.is_file() { FileState::of(path).ok() } else { None }
     }
 }
 
-/// That a file is not what it was.
+/// The error of a changed file.
 pub(crate) fn changed(path: &Path) -> Error {
     Error::at(&path.display().to_string(), 0, "the file changes while it is read, or was replaced since; begin again")
 }
 
-/// Refuses a file that is no longer in the state it was in `before`.
+/// Refuses a file that is no longer in the state `before`.
 pub(crate) fn refuse_changed(path: &Path, before: Option<&FileState>) -> Result<(), Error> {
     if before.is_some() && FileState::of_file(path).as_ref() != before { Err(changed(path)) } else { Ok(()) }
 }
@@ -51,7 +51,7 @@ mod tests {
         }
         std::fs::remove_file(&path).unwrap();
         assert!(refuse_changed(&path, before.as_ref()).is_err());
-        // Of what is no file nothing is known.
+        // A path that is not a file has no state.
         let none = FileState::of_file(&path);
         assert!(none.is_none() && refuse_changed(&path, none.as_ref()).is_ok());
     }

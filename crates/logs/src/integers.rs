@@ -1,49 +1,51 @@
-//! Whole numbers in as few bits as they differ by.
+//! Integers, stored in the number of bits of their differences.
 //!
-//! A measured signal changes little from sample to sample, so its first or second differences are small. Of each frame of
-//! numbers x_0 .. x_(n-1) the differences of one order k are kept:
+//! A measured signal changes little from sample to sample, so its first or second differences are small. Of each frame of numbers
+//! x_0 .. x_(n-1) the differences of one order k are stored:
 //!
 //! d_i = x_i,   x_i - x_(i-1),   or   x_i - 2 x_(i-1) + x_(i-2);   stored: d_i - min d in `width` bits, from i = k on
 //!
-//! with the order of 0, 1, 2 that needs the fewest bits. The first k numbers stand beside them. Frames are independent, so
-//! that any of them can be read alone [Zukowski, Heman, Nes, Boncz 2006].
+//! with the order of 0, 1, 2 that needs the fewest bits. The first k numbers are stored separately. Frames are independent, so
+//! each can be read alone [Zukowski, Heman, Nes, Boncz 2006].
 
 use std::ops::Range;
 
 /// Numbers of a frame.
 const NUMBERS_PER_FRAME: usize = 512;
 
-/// Differences of higher orders are noise.
-const ORDERS: usize = 3;
+/// Number of orders of differences: higher orders are dominated by noise.
+const DIFFERENCE_ORDERS: usize = 3;
 
-/// Whole numbers, packed.
+/// Integers, packed.
 #[derive(Default)]
 pub(crate) struct Integers {
-    frames: Vec<Frame>,
-    /// The bits of the frames. Behind each stand bytes more, so that eight bytes can be read wherever a number begins.
+    frames: Vec<IntegerFrame>,
+    /// The bits of the frames. Each frame is followed by spare bytes, so that eight bytes can be read at the start of any number.
     bytes: Vec<u8>,
 }
 
 /// A frame of numbers.
-struct Frame {
-    /// Where its bytes begin.
+struct IntegerFrame {
+    /// Index of its first byte.
     byte: usize,
     order: u8,
     width: u8,
     /// The smallest difference.
     least: i64,
     /// The numbers before the differences.
-    first: [i32; ORDERS - 1],
+    first: [i32; DIFFERENCE_ORDERS - 1],
 }
 
-/// Bytes that are read at once. A second difference of 32 bits takes 34, and begins at most 7 bits behind the first.
+/// Bytes that are read at once. A second difference of 32 bits takes 34 bits, and begins at most 7 bits into the first byte.
 const BYTES_AT_ONCE: usize = size_of::<u64>();
 
-/// The bytes of a frame of the widest differences, and those behind it.
-const MOST_BYTES: usize = NUMBERS_PER_FRAME * 34 / 8 + 2 * BYTES_AT_ONCE;
+/// Bits of the widest difference.
+const MAX_DIFFERENCE_BITS: usize = 34;
+/// The bytes of a frame of the widest differences, with the spare bytes after it.
+const MAX_FRAME_BYTES: usize = NUMBERS_PER_FRAME * MAX_DIFFERENCE_BITS / 8 + 2 * BYTES_AT_ONCE;
 
 impl Integers {
-    /// Frame by frame as `fill` makes the numbers, given the place of the first; `None` as soon as it makes none.
+    /// Packs numbers that `fill` makes frame by frame, given the index of the first; `None` as soon as it fails.
     #[inline(always)]
     pub(crate) fn of(len: usize, mut fill: impl FnMut(usize, &mut [i32]) -> bool) -> Option<Integers> {
         let (mut packed, mut numbers) = (Integers::default(), [0; NUMBERS_PER_FRAME]);
@@ -62,30 +64,30 @@ impl Integers {
     /// Appends a frame.
     #[inline(always)]
     fn push(&mut self, x: &[i32]) {
-        // Small numbers have differences of 32 bits, of which the processor takes several at once.
-        let is_small = x.iter().all(|x| (-SMALL..SMALL).contains(x));
-        let bounds: [(i64, u32); ORDERS] = if is_small { bounds_of_small(x) } else { bounds(x) };
-        let order = (0..ORDERS).min_by_key(|&order| bounds[order].1).unwrap_or(0);
+        // Small numbers have differences of 32 bits, which the processor computes in SIMD lanes.
+        let is_small = x.iter().all(|x| (-SMALL_NUMBER..SMALL_NUMBER).contains(x));
+        let bounds: [(i64, u32); DIFFERENCE_ORDERS] = if is_small { bounds_of_small(x) } else { bounds(x) };
+        let order = (0..DIFFERENCE_ORDERS).min_by_key(|&order| bounds[order].1).unwrap_or(0);
         let (least, width) = bounds[order];
         let first = std::array::from_fn(|i| x.get(i).map_or(0, |&x| x));
-        self.frames.push(Frame { byte: self.bytes.len(), order: order as u8, width: width as u8, least, first });
-        let mut bytes = [0; MOST_BYTES];
+        self.frames.push(IntegerFrame { byte: self.bytes.len(), order: order as u8, width: width as u8, least, first });
+        let mut bytes = [0; MAX_FRAME_BYTES];
         let wide = |x: i32| i64::from(x);
         let len = match order {
             0 => put(x.iter().map(|x| wide(*x)), least, width, &mut bytes),
             1 => put(x.windows(2).map(|x| wide(x[1]) - wide(x[0])), least, width, &mut bytes),
             _ => put(x.windows(3).map(|x| wide(x[2]) - 2 * wide(x[1]) + wide(x[0])), least, width, &mut bytes),
         };
-        // The last of them may be half full.
+        // The last byte may be partially filled.
         self.bytes.extend_from_slice(&bytes[..len + 1 + BYTES_AT_ONCE]);
     }
 
-    /// Bytes in memory.
+    /// Memory in use, bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.bytes.len() + size_of_val(self.frames.as_slice())
     }
 
-    /// Hands over numbers, frame by frame.
+    /// Passes on numbers, frame by frame.
     #[inline(always)]
     pub(crate) fn each(&self, range: Range<usize>, mut take: impl FnMut(&[i32])) {
         let mut numbers = [0; NUMBERS_PER_FRAME];
@@ -102,10 +104,10 @@ impl Integers {
 
     /// The first numbers of a frame.
     ///
-    /// Sums of 32 bits that wrap are the numbers, which have 32 bits, whatever their differences have.
+    /// Sums with wrap-around in 32 bits give the numbers, which have 32 bits, even where differences have more.
     #[inline(always)]
     fn unpack(&self, frame: usize, numbers: &mut [i32]) {
-        let &Frame { byte, order, width, least, first } = &self.frames[frame];
+        let &IntegerFrame { byte, order, width, least, first } = &self.frames[frame];
         let order = usize::from(order);
         let (head, differences) = numbers.split_at_mut(order.min(numbers.len()));
         head.copy_from_slice(&first[..head.len()]);
@@ -129,8 +131,8 @@ impl Integers {
     }
 }
 
-/// The lower 32 bits of the differences that stand in `bytes`. Eight take `width` bytes, so each of eight begins where that
-/// of the eight before did.
+/// The lower 32 bits of the differences in `bytes`. Eight differences take `width` bytes, so each group of eight begins at the
+/// same bit.
 #[inline(always)]
 fn differences_of(bytes: &[u8], width: usize, least: i64, differences: &mut [i32]) {
     let mask = (1_u64 << width) - 1;
@@ -144,10 +146,10 @@ fn differences_of(bytes: &[u8], width: usize, least: i64, differences: &mut [i32
     }
 }
 
-/// Puts differences into bytes, and returns how many of these are full.
+/// Writes differences into bytes, and returns the number of full bytes.
 #[inline(always)]
-fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &mut [u8; MOST_BYTES]) -> usize {
-    // The bits behind the full bytes, and how many they are.
+fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &mut [u8; MAX_FRAME_BYTES]) -> usize {
+    // The bits after the full bytes, and their number.
     let (mut byte, mut pending, mut count) = (0, 0, 0);
     for difference in differences {
         pending |= (difference - least).cast_unsigned() << count;
@@ -162,12 +164,12 @@ fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &m
     byte
 }
 
-/// Numbers below have second differences below 2^31.
-const SMALL: i32 = 1 << 29;
+/// Numbers below this have second differences below 2^31.
+const SMALL_NUMBER: i32 = 1 << 29;
 
-/// The smallest difference of each order, and the bits by which the others are larger.
+/// For each order the smallest difference, and the number of bits of the range of differences.
 #[inline(always)]
-fn bounds(x: &[i32]) -> [(i64, u32); ORDERS] {
+fn bounds(x: &[i32]) -> [(i64, u32); DIFFERENCE_ORDERS] {
     let wide = |x: i32| i64::from(x);
     [
         spread(x.iter().map(|x| wide(*x))),
@@ -181,9 +183,9 @@ fn spread(differences: impl Iterator<Item = i64>) -> (i64, u32) {
     bits(differences.fold((i64::MAX, i64::MIN), |(low, high), d| (low.min(d), high.max(d))))
 }
 
-/// The same of numbers below [`SMALL`].
+/// These bounds for numbers below [`SMALL_NUMBER`].
 #[inline(always)]
-fn bounds_of_small(x: &[i32]) -> [(i64, u32); ORDERS] {
+fn bounds_of_small(x: &[i32]) -> [(i64, u32); DIFFERENCE_ORDERS] {
     let (one, two) = (x.get(1..).unwrap_or_default(), x.get(2..).unwrap_or_default());
     [
         spread_of_small(x.iter().copied()),
@@ -198,7 +200,7 @@ fn spread_of_small(differences: impl Iterator<Item = i32>) -> (i64, u32) {
     bits((i64::from(low), i64::from(high)))
 }
 
-/// Of no difference there are no bits.
+/// Zero bits where there are no differences.
 #[inline(always)]
 fn bits((low, high): (i64, i64)) -> (i64, u32) {
     if low > high { (0, 0) } else { (low, u64::BITS - (high - low).cast_unsigned().leading_zeros()) }
@@ -237,8 +239,8 @@ mod tests {
         check(&(0..10_000).map(|i| sine(i) + noise(12)).collect::<Vec<i32>>(), 14.0);
         check(&(0..10_000).map(|_| noise(17)).collect::<Vec<i32>>(), 18.0);
         assert!(Integers::of(1000, |first, _| first == 0).is_none());
-        for x in [i32::MIN, i32::MAX, SMALL, -SMALL, 0] {
-            check(&[x, -SMALL, SMALL - 1, x], 1000.0);
+        for x in [i32::MIN, i32::MAX, SMALL_NUMBER, -SMALL_NUMBER, 0] {
+            check(&[x, -SMALL_NUMBER, SMALL_NUMBER - 1, x], 1000.0);
             check(&[x], 1000.0);
             check(&[x, i32::MAX], 1000.0);
             check(&[x, i32::MIN, i32::MAX, i32::MIN], 1000.0);

@@ -1,12 +1,10 @@
-//! Turns a file that people have into a log: measured joint signals against time, cleaned, with an account of the
-//! cleaning.
+//! Converts log files of users to a log: measured joint signals over time, cleaned, with a report of the cleaning.
 //!
-//! file -> [`Table`] (named columns of numbers) -> [`Columns`] (which column is which signal) -> [`Log`], held in memory,
-//! or [`LogStream`], block by block. Nothing here knows a robot: coordinates are names.
+//! file -> [`Table`] (named columns of numbers) -> [`Columns`] (assignment of columns to signals) -> [`Log`], in memory, or
+//! [`LogStream`], block by block. This crate has no robot model: coordinates are names.
 
 #![warn(missing_docs)]
 
-mod abreast;
 mod ahead;
 mod cleaning;
 mod columns;
@@ -17,6 +15,7 @@ mod formats;
 mod integers;
 mod log;
 mod packed;
+mod parallel_series;
 mod part;
 mod postures;
 mod read;
@@ -29,14 +28,14 @@ pub use cleaning::clock::{Clock, GAP_PERIODS};
 pub use cleaning::goals::GoalSpan;
 pub use cleaning::raw_words::RawWord;
 pub use cleaning::refresh::Refresh;
-pub use cleaning::rest::Rest;
+pub use cleaning::rest::RestTimes;
 pub use cleaning::suspects::Suspect;
 pub use cleaning::turns::{extremes, unwrap_angle};
-pub use cleaning::undriven::Undriven;
+pub use cleaning::undriven::NoTorqueReason;
 pub use columns::mapping::Columns;
-pub use columns::names::{ColumnNames, Names};
+pub use columns::names::{ColumnNames, NamePattern};
 pub use columns::proposal::{Proposal, Proposed, propose};
-pub use columns::source::Source;
+pub use columns::source::ColumnSource;
 pub use columns::units::UnitNames;
 pub use columns::words::Quantity;
 pub use effort::Effort;
@@ -50,11 +49,13 @@ pub use postures::Postures;
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};
 
-/// What a reader of another package is made of, and where it is registered.
+/// The types for a reader in another package, and its registration.
 pub mod reading {
     pub use crate::formats::compression::Compression;
-    pub use crate::formats::message::{Channel, Message, Outcome, Receiver};
-    pub use crate::formats::registered::{LogFormat, LogReader, ReadBytes, ReadMessages, Rows, Wanted, register};
-    pub use crate::formats::stored_number::{Kind, Numbers, time_note, without_unit};
+    pub use crate::formats::message::{Channel, Message, ReadOutcome, Receiver};
+    pub use crate::formats::registered::{
+        LogFormat, LogReader, ReadBytes, ReadMessages, RowIterator, WantedChannels, register,
+    };
+    pub use crate::formats::stored_number::{NumberType, Numbers, time_note, without_unit};
     pub use crate::table::{MAX_CELLS, MAX_COLUMNS, MAX_FILE_BYTES, RowReader, check_header};
 }

@@ -1,7 +1,7 @@
-//! A log of a robot: measured joint signals against time, cleaned, with an account of the cleaning.
+//! A log of a robot: measured joint signals over time, cleaned, with a report of the cleaning.
 //!
-//! Rows that cannot be used (a number missing or infinite, a clock that does not advance) are left
-//! out and counted; nothing is invented here. Filtering and differentiation are in `signal`.
+//! Unusable rows (a number missing or infinite, a clock that does not advance) are left out and counted; no values are invented.
+//! Filtering and differentiation are in `signal`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -9,45 +9,45 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::abreast::abreast;
 use crate::cleaning::account::{LeftOutRows, LogReport};
 use crate::cleaning::clock::{Clock, GAP_PERIODS, MIN_ROWS, even};
 use crate::cleaning::goals::GoalSpan;
 use crate::cleaning::publishers::foreign_rows;
 use crate::cleaning::refresh::Refresh;
-use crate::cleaning::rest::Rest;
+use crate::cleaning::rest::RestTimes;
 use crate::cleaning::suspects::Suspect;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
-use crate::columns::source::{NO_COLUMN, Source};
+use crate::columns::source::{ColumnSource, NO_COLUMN};
 use crate::effort::Effort;
+use crate::parallel_series::in_parallel_series;
 use crate::table::Table;
 use crate::timeline::Timeline;
 
 /// Measured signals of one run, SI, one series per coordinate in the order of the robot.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// The file, as the user named it.
+    /// Name of the file, as given by the user.
     pub name: String,
     /// Names, in the order of the series.
     pub coordinates: Vec<String>,
-    /// s, strictly increasing; row r of every series is at `t[r]`.
+    /// Times, s, strictly increasing; row r of every series is at `t[r]`.
     pub t: Vec<f64>,
-    /// rad (m).
+    /// Positions, rad (m).
     pub q: Vec<Vec<f64>>,
-    /// rad/s, where measured.
+    /// Velocities, rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
-    /// rad/s^2, where measured.
+    /// Accelerations, rad/s^2 (m/s^2), where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
-    /// N m (N), A or rad (m), as `effort_is` says.
+    /// Efforts: N m (N), A or rad (m), by `effort_is`.
     pub effort: Vec<Vec<f64>>,
-    /// What the efforts are.
+    /// The quantity of the efforts.
     pub effort_is: Effort,
-    /// The row of the file, from 1, behind each sample.
+    /// The row of each sample in the file, from 1.
     pub rows: Vec<usize>,
-    /// Use samples in this interval only, and in that of the options.
+    /// The interval to which the samples in use are restricted, in addition to the interval of the options.
     pub window: Option<Window>,
-    /// What was found and left out when it was read.
+    /// The findings of the cleaning.
     pub report: LogReport,
 }
 
@@ -59,14 +59,13 @@ impl Log {
         Ok((Log::from_table(&table, &columns)?, columns))
     }
 
-    /// Takes the signals out of a table.
+    /// Extracts the signals from a table.
     ///
-    /// Fails when a used column holds text, when fewer than `MIN_ROWS` rows are usable, or when
-    /// the clock is no clock.
+    /// Fails when a used column has text, when fewer than `MIN_ROWS` rows are usable, or when the clock is not a clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
         let mut log = Log::usable(table, columns, 0..table.rows(), &mut Timeline::default())?;
         log.describe();
-        let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
+        let empty = |s: &&ColumnSource| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
         if let Some(s) = columns.sources().find(empty) {
             let message = format!("column `{}` holds no number at all", s.header);
             return Err(Error::at(&table.file, 0, message));
@@ -75,9 +74,9 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable rows within `range` of a table, those behind which the clock goes on, not yet described.
+    /// The usable rows within `range` of a table, with a clock that continues the earlier rows; not yet described.
     ///
-    /// Fails when a used column holds text.
+    /// Fails when a used column has text.
     pub(crate) fn usable(
         table: &Table,
         columns: &Columns,
@@ -89,9 +88,9 @@ impl Log {
         Ok(log)
     }
 
-    /// A log of these columns before its first sample.
+    /// A log of these columns without samples.
     pub(crate) fn without_samples(table: &Table, columns: &Columns) -> Log {
-        let series = |sources: &[Source]| vec![Vec::new(); sources.len()];
+        let series = |sources: &[ColumnSource]| vec![Vec::new(); sources.len()];
         Log {
             name: table.file.clone(),
             coordinates: columns.coordinates.clone(),
@@ -107,7 +106,7 @@ impl Log {
         }
     }
 
-    /// Appends the usable of rows that follow; fails as `usable` does.
+    /// Appends the usable rows of the next ones; fails like `usable`.
     pub(crate) fn append_usable(
         &mut self,
         table: &Table,
@@ -116,7 +115,7 @@ impl Log {
         clock: &mut Timeline,
     ) -> Result<(), Error> {
         check_texts(table, columns)?;
-        // Only a table without lines is taken part by part, and none of its rows is ragged.
+        // Only a table without lines is read in several ranges, and none of its rows is ragged.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
         let Usable { rows, times, left_out } = usable_rows(table, columns, range.clone(), clock);
         let before = self.t.len();
@@ -139,7 +138,7 @@ impl Log {
         Ok(())
     }
 
-    /// Makes room for so many samples in all.
+    /// Reserves memory for this total number of samples.
     pub(crate) fn reserve(&mut self, samples: usize) {
         let more = samples.saturating_sub(self.len());
         self.series_mut().for_each(|x| x.reserve_exact(more));
@@ -156,7 +155,7 @@ impl Log {
         self.t.is_empty()
     }
 
-    /// All series but the time.
+    /// All series except the time.
     fn signals(&self) -> impl Iterator<Item = &Vec<f64>> {
         let optional = self.dq.iter().chain(&self.ddq).flatten();
         self.q.iter().chain(optional).chain(&self.effort)
@@ -168,7 +167,7 @@ impl Log {
         std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort)
     }
 
-    /// Some of the samples, with the names and the report of the whole log.
+    /// A range of the samples, with the names and the report of the whole log.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         let cut = |x: &Vec<f64>| x[range.clone()].to_vec();
         let all = |x: &Vec<Vec<f64>>| x.iter().map(cut).collect::<Vec<_>>();
@@ -187,7 +186,7 @@ impl Log {
         }
     }
 
-    /// The parts between gaps of the clock; those too short to be filtered are left out.
+    /// The segments between gaps of the clock; segments that are too short to be filtered are left out.
     pub fn segments(&self) -> Vec<Log> {
         let period = self.report.clock.period;
         let gap = GAP_PERIODS * period;
@@ -207,7 +206,7 @@ impl Log {
         segments
     }
 
-    /// Appends samples of a later part of the same file.
+    /// Appends samples of a later block of the same file.
     pub(crate) fn append(&mut self, next: &Log, range: Range<usize>) {
         for (x, y) in self.series_mut().zip(std::iter::once(&next.t).chain(next.signals())) {
             x.extend_from_slice(&y[range.clone()]);
@@ -226,12 +225,12 @@ impl Log {
             refresh,
             repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
             clock,
-            rest: Rest::of(&self.t, &self.q),
+            rest: RestTimes::of(&self.t, &self.q),
             ..self.report.clone()
         };
     }
 
-    /// How often new values come, `period` s between rows.
+    /// The time between new values, with `period` s between rows.
     fn refresh(&self, period: f64) -> Refresh {
         let motion: Vec<&[f64]> =
             self.q.iter().chain(self.dq.iter().chain(&self.ddq).flatten()).map(Vec::as_slice).collect();
@@ -239,7 +238,7 @@ impl Log {
         Refresh::of(&motion, &effort, period)
     }
 
-    /// What is odd about each coordinate, all coordinates at once, and the number of jumps by a turn, which are taken back.
+    /// Findings in each coordinate, in parallel, and the number of jumps by a turn, which are removed.
     fn suspects(&mut self) -> (Vec<Suspect>, usize) {
         let (foreign_rows, foreign_are_zero) = foreign_rows(self.dq.as_deref(), &self.effort);
         let velocities: Vec<Option<&[f64]>> = match &self.dq {
@@ -248,9 +247,9 @@ impl Log {
         };
         let series = self.coordinates.iter().zip(&mut self.q).zip(velocities).zip(&self.effort).collect();
         type Coordinate<'a> = (((&'a String, &'a mut Vec<f64>), Option<&'a [f64]>), &'a Vec<f64>);
-        let found = abreast(self.t.len(), series, |(((name, q), velocity), effort): Coordinate| {
+        let found = in_parallel_series(self.t.len(), series, |(((name, q), velocity), effort): Coordinate| {
             let (suspect, wrapped) = Suspect::of(name, &self.t, q, velocity, effort);
-            // The zeros of another source are no limit at which a torque stands.
+            // The zeros of another source are no limit of a torque.
             let saturated = suspect.saturated.filter(|_| foreign_rows == 0);
             (Suspect { foreign_rows, foreign_are_zero, saturated, ..suspect }, wrapped)
         });
@@ -271,7 +270,7 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rows that are used, with their times.
+/// Used rows, with their times.
 struct Usable {
     rows: Vec<usize>,
     times: Vec<f64>,
@@ -303,7 +302,7 @@ fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mu
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Window {
-    /// s, in the log's time.
+    /// Time interval, s, in the log's time.
     Seconds(f64, f64),
     /// Rows of the file, from 1.
     Rows(usize, usize),
@@ -352,7 +351,7 @@ mod tests {
         assert!((r.rest.before - 2.0).abs() < 0.1 && (r.rest.after - 3.0).abs() < 0.1, "{r:?}");
         let said = "at rest 4.97 s: 1.99 s at the start, 0.00 s between, 2.98 s at the end";
         assert!(r.to_string().contains(said), "{r}");
-        // The parts add up, whatever the span leaves over.
+        // The durations add up, whatever the remainder of a span.
         for end in [6.97, 6.99, 7.02] {
             let text = rows(703, |i| {
                 let t = i as f64 * 0.01;

@@ -1,48 +1,48 @@
-//! Samples of a log held in memory, in fewer bytes where that loses nothing.
+//! Samples of a log in memory, compressed without loss.
 //!
-//! What controllers write has few decimals: x = m 10^-k with the integer m in 32 bits. A series of such numbers is held by
-//! its integers (`integers`), and m / 10^k is, bit for bit, what was read. A series in single precision is held in it.
-//! Other series are held as they are.
+//! Numbers of controllers have few decimals: x = m 10^-k with the integer m in 32 bits. A series of such numbers is stored by its
+//! integers (`integers`), and m / 10^k is bit for bit the number read. A series of single-precision values is stored in single
+//! precision. Other series are stored unchanged.
 
 use std::ops::Range;
 
 use processor::{Work, widely};
 
-use crate::abreast::abreast;
 use crate::integers::Integers;
 use crate::log::Log;
+use crate::parallel_series::in_parallel_series;
 
-/// A part of a log, its series packed.
+/// A block of a log with packed series.
 pub(crate) struct PackedLog {
-    /// All but the series and the rows.
+    /// All fields except the series and the rows.
     head: Log,
     len: usize,
-    /// s, the first instant.
+    /// Time of the first sample, s.
     start: f64,
-    /// In the order of [`Log::series`].
-    series: Vec<Series>,
-    rows: Rows,
+    /// The series in the order of [`Log::series`].
+    series: Vec<PackedSeries>,
+    rows: RowIndices,
 }
 
 /// The numbers of one series.
-enum Series {
+enum PackedSeries {
     Plain(Vec<f64>),
-    /// In single precision.
+    /// Single precision.
     Single(Vec<f32>),
     /// m, and 10^k.
     Decimal(Integers, f64),
 }
 
-/// Rows of the file that the samples come from. Mostly they are consecutive.
-enum Rows {
+/// Rows of the samples in the file; usually consecutive.
+enum RowIndices {
     From(usize),
     Listed(Vec<usize>),
 }
 
-/// Stands for -0, which an integer cannot express.
+/// The code of -0, which an integer cannot represent.
 const MINUS_ZERO: i32 = i32::MIN;
 
-/// Adding this to a number below 2^31 leaves the nearest integer in the lower half of the sum.
+/// The sum of this and a number below 2^31 has the nearest integer in its lower half.
 const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 
 /// Powers of ten that are tried.
@@ -50,7 +50,7 @@ const TRIED_POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 
 
 #[inline(always)]
 fn integer(x: f64, power: f64) -> i32 {
-    // Without a branch, so that several are made at once.
+    // Without a branch, so that it is vectorised.
     if x.to_bits() == (-0.0_f64).to_bits() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
 }
 
@@ -60,7 +60,7 @@ fn number(integer: i32, power: f64) -> f64 {
     if integer == MINUS_ZERO { -0.0 } else { quotient }
 }
 
-/// The integers of numbers; `None` where one is no decimal of this power.
+/// The integers of numbers; `None` where a number is no decimal of this power.
 #[inline(always)]
 fn integers(x: &[f64], power: f64) -> Option<Integers> {
     Integers::of(x.len(), |first, integers| {
@@ -71,40 +71,40 @@ fn integers(x: &[f64], power: f64) -> Option<Integers> {
     })
 }
 
-/// The numbers of integers, appended.
+/// Appends the numbers of integers.
 #[inline(always)]
 fn append_numbers(integers: &[i32], power: f64, all: &mut Vec<f64>) {
-    // As many as a processor makes at once, and more.
-    const ABREAST: usize = 32;
-    let mut chunks = integers.chunks_exact(ABREAST);
+    // A multiple of the SIMD lanes of a processor.
+    const NUMBERS_AT_ONCE: usize = 32;
+    let mut chunks = integers.chunks_exact(NUMBERS_AT_ONCE);
     for integers in &mut chunks {
-        let mut numbers = [0.0; ABREAST];
+        let mut numbers = [0.0; NUMBERS_AT_ONCE];
         numbers.iter_mut().zip(integers).for_each(|(x, m)| *x = number(*m, power));
         all.extend_from_slice(&numbers);
     }
     all.extend(chunks.remainder().iter().map(|&m| number(m, power)));
 }
 
-impl Series {
+impl PackedSeries {
     #[inline(always)]
-    fn of(x: Vec<f64>) -> Series {
+    fn of(x: Vec<f64>) -> PackedSeries {
         for power in TRIED_POWERS_OF_TEN {
             if let Some(integers) = integers(&x, power) {
-                return Series::Decimal(integers, power);
+                return PackedSeries::Decimal(integers, power);
             }
         }
         match x.iter().all(|x| f64::from(*x as f32).to_bits() == x.to_bits()) {
-            true => Series::Single(x.iter().map(|&x| x as f32).collect()),
-            false => Series::Plain(x),
+            true => PackedSeries::Single(x.iter().map(|&x| x as f32).collect()),
+            false => PackedSeries::Plain(x),
         }
     }
 
     #[inline(always)]
     fn append_to(&self, all: &mut Vec<f64>, range: Range<usize>) {
         match self {
-            Series::Plain(x) => all.extend_from_slice(&x[range]),
-            Series::Single(x) => all.extend(x[range].iter().map(|&x| f64::from(x))),
-            Series::Decimal(integers, power) => {
+            PackedSeries::Plain(x) => all.extend_from_slice(&x[range]),
+            PackedSeries::Single(x) => all.extend(x[range].iter().map(|&x| f64::from(x))),
+            PackedSeries::Decimal(integers, power) => {
                 integers.each(range, |some| append_numbers(some, *power, all));
             }
         }
@@ -114,16 +114,16 @@ impl Series {
 struct Packing(Vec<f64>);
 
 impl Work for Packing {
-    type Output = Series;
+    type Output = PackedSeries;
 
     #[inline(always)]
-    fn run(self) -> Series {
-        Series::of(self.0)
+    fn run(self) -> PackedSeries {
+        PackedSeries::of(self.0)
     }
 }
 
 struct Unpacking<'a> {
-    series: &'a Series,
+    series: &'a PackedSeries,
     all: &'a mut Vec<f64>,
     range: Range<usize>,
 }
@@ -138,15 +138,21 @@ impl Work for Unpacking<'_> {
 }
 
 impl PackedLog {
-    /// Holds a log.
+    /// Packs a log.
     pub(crate) fn new(mut log: Log) -> PackedLog {
         let (len, start) = (log.len(), log.t.first().copied().unwrap_or(0.0));
         let series = log.series_mut().map(std::mem::take).collect();
-        let series = abreast(len, series, |x| widely(Packing(x)));
+        let series = in_parallel_series(len, series, |x| widely(Packing(x)));
         let rows = std::mem::take(&mut log.rows);
         let first = rows.first().copied().unwrap_or(0);
         let follow = rows.iter().enumerate().all(|(i, row)| *row == first + i);
-        PackedLog { head: log, len, start, series, rows: if follow { Rows::From(first) } else { Rows::Listed(rows) } }
+        PackedLog {
+            head: log,
+            len,
+            start,
+            series,
+            rows: if follow { RowIndices::From(first) } else { RowIndices::Listed(rows) },
+        }
     }
 
     /// Number of samples.
@@ -154,21 +160,21 @@ impl PackedLog {
         self.len
     }
 
-    /// Bytes of the samples.
+    /// Memory of the samples, bytes.
     pub(crate) fn bytes(&self) -> usize {
         let rows = match &self.rows {
-            Rows::From(_) => 0,
-            Rows::Listed(rows) => size_of_val(rows.as_slice()),
+            RowIndices::From(_) => 0,
+            RowIndices::Listed(rows) => size_of_val(rows.as_slice()),
         };
         let series = self.series.iter().map(|series| match series {
-            Series::Plain(x) => size_of_val(x.as_slice()),
-            Series::Single(x) => size_of_val(x.as_slice()),
-            Series::Decimal(integers, _) => integers.bytes(),
+            PackedSeries::Plain(x) => size_of_val(x.as_slice()),
+            PackedSeries::Single(x) => size_of_val(x.as_slice()),
+            PackedSeries::Decimal(integers, _) => integers.bytes(),
         });
         rows + series.sum::<usize>()
     }
 
-    /// s, the first instant; 0 of no sample.
+    /// Time of the first sample, s; 0 without samples.
     pub(crate) fn start(&self) -> f64 {
         self.start
     }
@@ -178,7 +184,7 @@ impl PackedLog {
         self.head.clone()
     }
 
-    /// Time and positions of all samples; the other series are left out.
+    /// Time and positions of all samples, without the other series.
     pub(crate) fn positions(&self) -> Log {
         let mut log = self.head.clone();
         (log.dq, log.ddq, log.effort) = (None, None, Vec::new());
@@ -189,13 +195,13 @@ impl PackedLog {
 
     /// Appends samples to a log of the same series, or of the first of them.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
-        let pairs: Vec<(&mut Vec<f64>, &Series)> = log.series_mut().zip(&self.series).collect();
-        abreast(range.len(), pairs, |(all, series)| {
+        let pairs: Vec<(&mut Vec<f64>, &PackedSeries)> = log.series_mut().zip(&self.series).collect();
+        in_parallel_series(range.len(), pairs, |(all, series)| {
             widely(Unpacking { series, all, range: range.clone() });
         });
         match &self.rows {
-            Rows::From(first) => log.rows.extend(range.map(|i| first + i)),
-            Rows::Listed(rows) => log.rows.extend_from_slice(&rows[range]),
+            RowIndices::From(first) => log.rows.extend(range.map(|i| first + i)),
+            RowIndices::Listed(rows) => log.rows.extend_from_slice(&rows[range]),
         }
     }
 }
@@ -220,11 +226,11 @@ mod tests {
             (Vec::new(), "decimal"),
         ];
         for (x, expected) in cases {
-            let series = Series::of(x.clone());
+            let series = PackedSeries::of(x.clone());
             let kind = match series {
-                Series::Plain(_) => "plain",
-                Series::Single(_) => "single",
-                Series::Decimal(..) => "decimal",
+                PackedSeries::Plain(_) => "plain",
+                PackedSeries::Single(_) => "single",
+                PackedSeries::Decimal(..) => "decimal",
             };
             assert_eq!(kind, expected, "{:?}", x.first());
             let mut found = Vec::new();

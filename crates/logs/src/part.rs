@@ -1,4 +1,4 @@
-//! Rows on their way into a block of a long log: rows of packed parts, or rows read from a text.
+//! Rows for a block of a long log: from packed blocks in memory, or read from a text.
 
 use std::ops::Range;
 
@@ -11,54 +11,54 @@ use crate::packed::PackedLog;
 use crate::table::Table;
 use crate::timeline::Timeline;
 
-/// Rows on their way into a block.
-pub(crate) enum Part<'a> {
+/// Rows for a block.
+pub(crate) enum BlockPart<'a> {
     Held(&'a [PackedLog]),
     Read(Box<Log>),
 }
 
-impl Part<'_> {
+impl BlockPart<'_> {
     /// Number of samples.
     pub(crate) fn len(&self) -> usize {
         match self {
-            Part::Held(parts) => parts.iter().map(PackedLog::len).sum(),
-            Part::Read(log) => log.len(),
+            BlockPart::Held(parts) => parts.iter().map(PackedLog::len).sum(),
+            BlockPart::Read(log) => log.len(),
         }
     }
 
-    /// s, the first instant.
+    /// Time of the first sample, s.
     pub(crate) fn start(&self) -> f64 {
         match self {
-            Part::Held(parts) => parts.iter().find(|part| part.len() > 0).map_or(0.0, PackedLog::start),
-            Part::Read(log) => log.t.first().copied().unwrap_or(0.0),
+            BlockPart::Held(parts) => parts.iter().find(|part| part.len() > 0).map_or(0.0, PackedLog::start),
+            BlockPart::Read(log) => log.t.first().copied().unwrap_or(0.0),
         }
     }
 
-    /// Time and positions of all samples, and the other series where they are not packed; of one packed part.
+    /// Time and positions of all samples; also the other series, except for one packed block.
     pub(crate) fn positions(&self) -> Log {
         match self {
-            Part::Held([part]) => part.positions(),
+            BlockPart::Held([part]) => part.positions(),
             _ => self.range(0..self.len()),
         }
     }
 
-    /// Some of the samples.
+    /// A range of the samples.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         match self {
-            Part::Held(parts) => {
+            BlockPart::Held(parts) => {
                 let mut log = parts[0].head();
                 log.reserve(range.len());
                 self.append_to(&mut log, range);
                 log
             }
-            Part::Read(log) => log.range(range),
+            BlockPart::Read(log) => log.range(range),
         }
     }
 
-    /// Appends some of the samples.
+    /// Appends a range of the samples.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         match self {
-            Part::Held(parts) => {
+            BlockPart::Held(parts) => {
                 let mut first = 0;
                 for part in *parts {
                     let inside = |r: usize| r.saturating_sub(first).min(part.len());
@@ -66,13 +66,13 @@ impl Part<'_> {
                     first += part.len();
                 }
             }
-            Part::Read(part) => log.append(part, range),
+            BlockPart::Read(part) => log.append(part, range),
         }
     }
 }
 
-/// Reads the next block of a text, whose first rows are `next`. Returns its usable rows, the range of its rows in the
-/// file, and the first rows behind it.
+/// Reads the next block of a text, with `next` as its first rows. Returns its usable rows, the range of its rows in the file, and
+/// the first rows after it.
 pub(crate) fn read_block(
     ahead: &mut RowsAhead,
     mut next: Table,
@@ -97,10 +97,10 @@ pub(crate) fn read_block(
     }
 }
 
-/// The account of the parts of a file, one after the other.
+/// The report of the blocks of a file, added in sequence.
 pub(crate) struct Account {
     pub report: Option<LogReport>,
-    /// s, the last instant.
+    /// Time of the last sample, s.
     pub end: f64,
 }
 
@@ -111,7 +111,7 @@ impl Default for Account {
 }
 
 impl Account {
-    /// Describes the next part and holds it.
+    /// Describes the next block and packs it.
     pub(crate) fn add(&mut self, mut part: Log) -> PackedLog {
         part.describe();
         let step = part.t.first().map_or(0.0, |t| t - self.end);

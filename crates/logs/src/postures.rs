@@ -1,8 +1,7 @@
-//! Postures in which a robot stands still, with the torques that hold it: rows of a table, or the plateaus of a log.
+//! Postures of a robot at rest, with the holding torques: rows of a table, or the plateaus of a log.
 //!
-//! A table without a clock, or with one that steps by half a second and more, has a posture in each row. In another log a
-//! posture is a span of [`PLATEAU_S`] and more in which no joint leaves a band; its numbers are the means of its
-//! middle.
+//! A table without a clock, or with a step of half a second or more, has a posture in each row. In another log a posture is a
+//! plateau: a span of [`MIN_PLATEAU_S`] or more in which no joint moves out of a band; the values are the means of its middle.
 
 use std::path::Path;
 
@@ -15,29 +14,30 @@ use crate::columns::source::NO_COLUMN;
 use crate::effort::Effort;
 use crate::table::Table;
 
-/// s, the shortest plateau.
-const PLATEAU_S: f64 = 0.5;
-/// rad (m), by which a joint may move within it.
+/// Least duration of a plateau, s.
+const MIN_PLATEAU_S: f64 = 0.5;
+/// Greatest distance of a joint from its first position in a plateau, rad (m).
 const PLATEAU_BAND: f64 = 1e-3;
-/// The part of a plateau that counts: before it the robot settles, and behind it may be the start of a slow departure.
-const SETTLED: std::ops::Range<f64> = 0.4..0.8;
-/// Most rows of a table of postures.
+/// The interval of a plateau that is averaged, as shares of its duration: the robot settles before it, and a slow departure may
+/// start after it.
+const SETTLED_SHARES: std::ops::Range<f64> = 0.4..0.8;
+/// Greatest number of rows of a table of postures.
 const MAX_POSTURES: usize = 20_000;
 
-/// Postures, one after the other.
+/// Postures in sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Postures {
-    /// The file, as the user named it.
+    /// Name of the file, as given by the user.
     pub name: String,
     /// Names, in the order of the numbers of a posture.
     pub coordinates: Vec<String>,
-    /// rad (m), of each posture one per coordinate.
+    /// Positions, rad (m), one list per posture.
     pub q: Vec<Vec<f64>>,
-    /// N m (N), A or rad (m), of each posture one per coordinate.
+    /// Efforts, N m (N), A or rad (m), one list per posture.
     pub effort: Vec<Vec<f64>>,
-    /// What the efforts are.
+    /// The quantity of the efforts.
     pub effort_is: Effort,
-    /// Rows of the file.
+    /// Number of rows of the file.
     pub rows: usize,
     /// The columns that they were read from.
     pub names: ColumnNames,
@@ -48,18 +48,19 @@ pub struct Postures {
 impl Postures {
     /// Reads the postures of some coordinates.
     ///
-    /// Fails where the file cannot be read, where a column is missing, where nothing stands still, and where a table has
-    /// more rows than people make postures.
+    /// Fails where the file cannot be read, where a column is missing, where no joint rests, and where a table has more rows than
+    /// a table of postures can have.
     pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
         Postures::of_table(&Table::read(path)?, coordinates, names)
     }
 
-    /// The same from a table.
+    /// Extracts the postures of some coordinates from a table.
     pub fn of_table(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
         let columns = Columns::of_postures(table, coordinates, names)?;
-        let series = |sources: &[crate::Source]| -> Vec<Vec<f64>> {
+        let series = |sources: &[crate::ColumnSource]| -> Vec<Vec<f64>> {
             sources.iter().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect()).collect()
         };
+        // Rows with missing numbers are no postures.
         let (q, mut effort) = (series(&columns.position), series(&columns.effort));
         let finite = |r: &usize| q.iter().chain(&effort).all(|x| x[*r].is_finite());
         let rows: Vec<usize> = (0..table.rows()).filter(finite).collect();
@@ -72,6 +73,7 @@ impl Postures {
                 span.check(&table.file)?;
             }
         }
+        // The options that select these columns again.
         let mut found = Postures {
             name: table.file.clone(),
             coordinates: coordinates.to_vec(),
@@ -83,6 +85,7 @@ impl Postures {
             are_plateaus: false,
         };
         let t: Option<Vec<f64>> = columns.clock().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect());
+        // A fast clock means a log of plateaus, otherwise every row is a posture.
         match t.filter(|t| step(t) < SLOWEST_CLOCK_STEP_S) {
             None if rows.len() > MAX_POSTURES => {
                 let message = format!(
@@ -101,7 +104,7 @@ impl Postures {
         if found.q.is_empty() {
             let message = match found.are_plateaus {
                 true => format!(
-                    "no posture: nowhere do all joints stay within {PLATEAU_BAND} rad (m) for {PLATEAU_S} s; a log of a motion \
+                    "no posture: nowhere do all joints stay within {PLATEAU_BAND} rad (m) for {MIN_PLATEAU_S} s; a log of a motion \
                      is one for rist identify"
                 ),
                 false => "no row has a number for each position and torque".into(),
@@ -111,7 +114,7 @@ impl Postures {
         Ok((found, columns))
     }
 
-    /// The means of some rows.
+    /// Adds the means of some rows.
     fn push(&mut self, q: &[Vec<f64>], effort: &[Vec<f64>], rows: &[usize]) {
         let mean = |x: &Vec<f64>| rows.iter().map(|&r| x[r]).sum::<f64>() / rows.len() as f64;
         self.q.push(q.iter().map(mean).collect());
@@ -119,14 +122,14 @@ impl Postures {
     }
 }
 
-/// s, the step of a clock in the middle.
+/// The median step of a clock, s.
 fn step(t: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect();
     let middle = steps.len() / 2;
     if steps.is_empty() { f64::INFINITY } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// The rows of each plateau, without those in which the robot settles.
+/// The rows of each plateau, without the rows in which the robot settles.
 fn plateaus(t: &[f64], q: &[Vec<f64>], rows: &[usize]) -> Vec<Vec<usize>> {
     let mut found = Vec::new();
     let mut first = 0;
@@ -134,11 +137,11 @@ fn plateaus(t: &[f64], q: &[Vec<f64>], rows: &[usize]) -> Vec<Vec<usize>> {
         let stays = |r: usize| q.iter().all(|q| (q[r] - q[rows[first]]).abs() <= PLATEAU_BAND);
         let end = (first..rows.len()).find(|&k| !stays(rows[k])).unwrap_or(rows.len());
         let (start, last) = (t[rows[first]], t[rows[end - 1]]);
-        if last - start < PLATEAU_S {
+        if last - start < MIN_PLATEAU_S {
             first += 1;
             continue;
         }
-        let settled = |r: &usize| SETTLED.contains(&((t[*r] - start) / (last - start)));
+        let settled = |r: &usize| SETTLED_SHARES.contains(&((t[*r] - start) / (last - start)));
         let of_plateau: Vec<usize> = rows[first..end].iter().copied().filter(settled).collect();
         if !of_plateau.is_empty() {
             found.push(of_plateau);
@@ -175,7 +178,7 @@ mod tests {
     fn plateaus_of_a_log_are_postures() {
         let mut text = "t,q_a,tau_a\n".to_string();
         for k in 0..600 {
-            // Two seconds at 0, one on the way, three at 1; the torque settles after each stop.
+            // Two seconds at 0, one in motion, three at 1; the torque settles after each stop.
             let t = 0.01 * f64::from(k);
             let q = (t - 2.0).clamp(0.0, 1.0);
             let since = if t < 2.0 { t } else { t - 3.0 };

@@ -1,27 +1,27 @@
-//! Which format a file has, and its reader.
+//! Determines the format of a file and opens its reader.
 //!
 //! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; a data set of
-//! LeRobot; the messages of a ROS recording; what other packages read (`formats::registered`). The content decides the
-//! format, not the name. `-` is standard input. Of a text, of a Parquet file on disk, and of what another package reads so,
-//! some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at
-//! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so that a pipe or device without end is refused there.
+//! LeRobot; the messages of a ROS recording; and formats of other packages (`formats::registered`). The content determines the
+//! format, not the name. `-` is standard input. A text, a Parquet file on disk, and some formats of other packages are read some
+//! rows at a time; other files are read into memory as a whole, up to [`MAX_FILE_BYTES`]. A text ends at
+//! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so an infinite pipe or device is refused there.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
 
 use gate::budget::Budget;
 use gate::opened;
-use gate::source::{Pieces, Source};
+use gate::source::{RandomAccessFile, Source};
 
 use crate::Error;
-use crate::formats::content::{Content, MAGIC_BYTES};
+use crate::formats::content::{FileFormat, MAGIC_BYTES};
 use crate::formats::delimited::{TableReader, zstd};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
 use crate::formats::registered::LogReader;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
-/// A file that was opened.
+/// An opened file.
 pub(crate) enum Opened<'a> {
     /// Rows that are read on demand.
     Rows {
@@ -29,7 +29,7 @@ pub(crate) enum Opened<'a> {
         /// Whether the file can be opened again: a pipe cannot.
         again: bool,
     },
-    /// Another format, read whole.
+    /// A format that was read as a whole.
     Whole(Table),
 }
 
@@ -63,23 +63,25 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
         }
         _ => Error::at(file, 0, format!("cannot be read: {e}")),
     };
+    // A pipe has no length and cannot be opened again.
     let again = source.length().is_some();
     let head = source.head(MAGIC_BYTES).map_err(failed)?;
-    let content = Content::of(&head);
+    let content = FileFormat::of(&head);
     if content.has_index() {
         source = match source.pieces().map_err(failed)? {
             Ok(pieces) => return Ok(Opened::Rows { reader: indexed(file, content, pieces)?, again }),
             Err(pipe) => pipe,
         };
     }
+    // The head was consumed, so it is put back.
     let source = Cursor::new(head).chain(source);
-    if content == Content::Zstd {
+    if content == FileFormat::Zstd {
         return of_zstd(file, source, again);
     }
     if let Some(LogReader::Stream { of_source, .. }) = content.reader() {
         return Ok(Opened::Rows { reader: of_source(file, Box::new(source))?, again });
     }
-    if matches!(content, Content::Text | Content::Gzip) {
+    if matches!(content, FileFormat::Text | FileFormat::Gzip) {
         let reader = Box::new(TableReader::of_content(file, content, source)?);
         return Ok(Opened::Rows { reader, again });
     }
@@ -87,34 +89,34 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     Table::from_bytes(file, &bytes).map(Opened::Whole)
 }
 
-/// The reader of a file on disk whose index says where its rows are.
-fn indexed(file: &str, content: Content, pieces: Pieces) -> Result<Box<dyn RowReader>, Error> {
+/// The reader of a file on disk with an index of its rows.
+fn indexed(file: &str, content: FileFormat, pieces: RandomAccessFile) -> Result<Box<dyn RowReader>, Error> {
     match (content, content.reader()) {
         (_, Some(LogReader::Indexed { of_file, .. })) => of_file(file, pieces),
         #[cfg(feature = "parquet")]
-        (Content::Parquet, _) => Ok(Box::new(ParquetReader::of_file(file, pieces)?)),
+        (FileFormat::Parquet, _) => Ok(Box::new(ParquetReader::of_file(file, pieces)?)),
         _ => Err(Error::at(file, 0, content.refusal().unwrap_or_default())),
     }
 }
 
-/// Times that what is unpacked whole is in memory: in an array that grows by doubling, with room for what is read of it.
-const WHOLE_COPIES: usize = 4;
+/// Copies of bytes that are decompressed as a whole: an array that grows by doubling, and the table read from it.
+const COPIES_OF_DECOMPRESSED_BYTES: usize = 4;
 
-/// What a zstd stream holds: a text is read on demand.
+/// Opens the content of a zstd stream: a text is read on demand.
 fn of_zstd<'a>(file: &str, source: impl Read + Send + 'a, again: bool) -> Result<Opened<'a>, Error> {
     let failed = |e: std::io::Error| Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"));
     let mut source = zstd(file, source)?;
     let mut head = Vec::new();
     source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
-    let content = Content::of(&head);
-    if content == Content::Zstd {
+    let content = FileFormat::of(&head);
+    if content == FileFormat::Zstd {
         return Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first"));
     }
-    if content == Content::Text {
+    if content == FileFormat::Text {
         let reader = Box::new(TableReader::unfolding(file, source.put_back(head))?);
         return Ok(Opened::Rows { reader, again });
     }
-    let (packed, mut source) = (source.packed(), source.held(WHOLE_COPIES));
+    let (packed, mut source) = (source.packed(), source.held(COPIES_OF_DECOMPRESSED_BYTES));
     source.by_ref().take(MAX_FILE_BYTES).read_to_end(&mut head).map_err(failed)?;
     let mut budget = packed.budget();
     budget.draw(2 * head.len()).map_err(|e| Error::at(file, 0, e))?;
@@ -130,7 +132,7 @@ impl Table {
         }
     }
 
-    /// Reads the first rows of a file, at most `most`; as [`Table::read`].
+    /// Reads the first rows of a file, at most `most`; accepts the paths of [`Table::read`].
     pub fn glance(path: &Path, most: usize) -> Result<Table, Error> {
         match open(path)? {
             Opened::Rows { mut reader, .. } => reader.rows(most),
@@ -138,14 +140,14 @@ impl Table {
         }
     }
 
-    /// Reads the content of a file; its first bytes say of which kind it is.
+    /// Reads the content of a file; its first bytes determine the format.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         Table::within(file, bytes, &mut Budget::of(bytes.len()))
     }
 
     /// Reads the content of a file within a budget.
     fn within(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
-        let content = Content::of(bytes);
+        let content = FileFormat::of(bytes);
         if let Some(why) = content.refusal() {
             return Err(Error::at(file, 0, why));
         }
@@ -159,11 +161,11 @@ impl Table {
             Some(LogReader::Absent { .. }) | None => {}
         }
         match content {
-            Content::Numpy => crate::formats::npz::read(file, bytes, budget),
+            FileFormat::Numpy => crate::formats::npz::read(file, bytes, budget),
             #[cfg(feature = "parquet")]
-            Content::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
-            Content::Mcap => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
-            Content::Zstd => match of_zstd(file, bytes, false)? {
+            FileFormat::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
+            FileFormat::Mcap => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
+            FileFormat::Zstd => match of_zstd(file, bytes, false)? {
                 Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
                 Opened::Whole(table) => Ok(table),
             },

@@ -1,13 +1,12 @@
-//! A long log, read block by block: from memory or, where it is too long for that, from its file at every pass.
+//! A long log, read block by block: from memory or, if it is too long, from its file at every pass.
 //!
-//! A block has its own rows and, before and behind them, rows of its neighbours: as many as the filter needs to forget
-//! where the signal began. So the states made of a block's own rows are those of the whole log. Blocks, account and
-//! states are the same whether the log comes from memory or from its file.
+//! A block has its own rows, with rows of its neighbours before and after them: enough for the transients of the filter to decay.
+//! So the states of a block's own rows equal the states of the whole log. Blocks, report and states are the same whether the log
+//! is in memory or in its file.
 
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::abreast::abreast;
 use crate::ahead::RowsAhead;
 use crate::cleaning::account::LogReport;
 use crate::cleaning::suspects::Suspect;
@@ -18,7 +17,8 @@ use crate::effort::Effort;
 use crate::file_state::{FileState, changed, refuse_changed};
 use crate::log::{Log, Window};
 use crate::packed::PackedLog;
-use crate::part::{Account, Part, read_block};
+use crate::parallel_series::in_parallel_series;
+use crate::part::{Account, BlockPart, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
 use crate::timeline::Timeline;
@@ -26,11 +26,10 @@ use crate::timeline::Timeline;
 /// Rows of a block.
 const ROWS_PER_BLOCK: usize = 1 << 17;
 
-/// Most bytes of the samples of a log that is held in memory: ten million rows of seven joints in the decimals that
-/// controllers write.
+/// Greatest memory for the samples of a log, bytes: ten million rows of seven joints with the decimals of controllers.
 const MAX_HELD_BYTES: usize = 3 << 27;
 
-/// Most cells of a block, which bounds its rows where a file has very many columns.
+/// Greatest number of cells of a block; it limits the rows where a file has very many columns.
 const MAX_CELLS_PER_BLOCK: usize = 1 << 24;
 
 /// A log of one block, or of several.
@@ -42,15 +41,15 @@ pub enum LogSource {
 }
 
 impl LogSource {
-    /// Opens a file and finds the columns of the coordinates in it. A log of more than 131072 rows is read block by
-    /// block. One whose packed samples take more than `MAX_HELD_BYTES` is read again at every pass.
+    /// Opens a file and finds the columns of the coordinates in it. A log of more than 131072 rows is read block by block. If its
+    /// packed samples take more than `MAX_HELD_BYTES`, it is read from the file at every pass.
     ///
-    /// Fails as `Log::read` does.
+    /// Fails like `Log::read`.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         LogSource::open_within(path, coordinates, names, usize::MAX, ROWS_PER_BLOCK)
     }
 
-    /// As `open`, with the most rows that are held in memory, `held`, and the rows of a block, `block`.
+    /// Opens a file like `open`, with the greatest number of rows in memory, `held`, and the rows of a block, `block`.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
@@ -70,12 +69,14 @@ impl LogSource {
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
         reader.keep(&columns.places());
+        // Later rows are read on another thread while blocks are packed.
         let mut ahead = RowsAhead::new(reader, block);
         let mut next = ahead.next()?;
         if next.rows() == 0 {
             refuse_changed(path, before.as_ref())?;
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
+        // Every block is described and packed at once, which bounds the memory.
         let (mut account, mut clock) = (Account::default(), Timeline::default());
         let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), &mut clock)?)];
         drop(first);
@@ -85,6 +86,7 @@ impl LogSource {
             let part = account.add(part);
             bytes += part.bytes();
             is_held &= rows.end <= held && bytes <= MAX_HELD_BYTES;
+            // A log that does not fit needs a file for its further passes.
             if !is_held && !again {
                 let message = format!(
                     "more than {} rows come from a pipe or device, and memory for them ends; so long a log is read again at \
@@ -100,18 +102,19 @@ impl LogSource {
             next = following;
         }
         refuse_changed(path, before.as_ref())?;
+        // A file must be unchanged at every later pass.
         let parts = match (is_held, before) {
-            (true, _) => Parts::Held(parts),
-            (false, Some(state)) => Parts::File(path.into(), state),
-            (false, None) => Parts::File(path.into(), FileState::of(path)?),
+            (true, _) => RowSource::Held(parts),
+            (false, Some(state)) => RowSource::File(path.into(), state),
+            (false, None) => RowSource::File(path.into(), FileState::of(path)?),
         };
         let stream = LogStream::new(path.into(), columns.clone(), account, parts, block)?;
         Ok((LogSource::Streamed(stream), columns))
     }
 
-    /// From a table in memory, and the columns of the coordinates in it; its `file` is the name of the log.
+    /// From a table in memory, and the columns of the coordinates in it; the log has the name in `file`.
     ///
-    /// Fails as `Log::read` does.
+    /// Fails like `Log::read`.
     pub fn from_table(
         table: Table,
         coordinates: &[String],
@@ -120,7 +123,7 @@ impl LogSource {
         LogSource::of_table(&PathBuf::from(&table.file), table, coordinates, names, ROWS_PER_BLOCK)
     }
 
-    /// From a file that was read whole.
+    /// From a table that was read as a whole.
     fn of_table(
         path: &Path,
         table: Table,
@@ -139,11 +142,11 @@ impl LogSource {
             let part = Log::usable(&table, &columns, range, &mut clock)?;
             parts.push(account.add(part));
         }
-        let stream = LogStream::new(path.into(), columns.clone(), account, Parts::Held(parts), block)?;
+        let stream = LogStream::new(path.into(), columns.clone(), account, RowSource::Held(parts), block)?;
         Ok((LogSource::Streamed(stream), columns))
     }
 
-    /// What was found and left out when it was read.
+    /// The report of the cleaning.
     pub fn report(&self) -> &LogReport {
         match self {
             LogSource::Held(log) => &log.report,
@@ -151,17 +154,17 @@ impl LogSource {
         }
     }
 
-    /// Bytes of the samples of a log of several blocks that wait in memory.
+    /// Memory of the packed samples of a log of several blocks, bytes.
     pub fn held_bytes(&self) -> usize {
         match self {
-            LogSource::Streamed(LogStream { parts: Parts::Held(parts), .. }) => {
+            LogSource::Streamed(LogStream { parts: RowSource::Held(parts), .. }) => {
                 parts.iter().map(PackedLog::bytes).sum()
             }
             _ => 0,
         }
     }
 
-    /// What the efforts are.
+    /// The quantity of the efforts.
     pub fn effort_is(&self) -> Effort {
         match self {
             LogSource::Held(log) => log.effort_is,
@@ -169,7 +172,7 @@ impl LogSource {
         }
     }
 
-    /// The columns that it was read from, as options name them.
+    /// The options that select the columns that it was read from.
     pub fn names(&self) -> ColumnNames {
         self.effort_is().names(self.report().columns.clone())
     }
@@ -182,7 +185,7 @@ impl LogSource {
         }
     }
 
-    /// The file as the user named it.
+    /// Name of the file, as given by the user.
     pub fn name(&self) -> String {
         match self {
             LogSource::Held(log) => log.name.clone(),
@@ -196,71 +199,86 @@ pub struct LogStream {
     path: PathBuf,
     columns: Box<Columns>,
     report: LogReport,
-    parts: Parts,
+    parts: RowSource,
     block: usize,
 }
 
-/// Where the rows are.
-enum Parts {
-    /// In memory, some rows of the file in each.
+/// The place of the rows.
+enum RowSource {
+    /// In memory, one entry per block of the file.
     Held(Vec<PackedLog>),
-    /// In the file, which is not to change.
+    /// In the file, which must not change.
     File(PathBuf, FileState),
 }
 
 impl LogStream {
-    /// Refuses a log as `Log::from_table` does.
-    fn new(path: PathBuf, columns: Columns, account: Account, parts: Parts, block: usize) -> Result<LogStream, Error> {
+    /// Refuses a log like `Log::from_table`.
+    fn new(
+        path: PathBuf,
+        columns: Columns,
+        account: Account,
+        parts: RowSource,
+        block: usize,
+    ) -> Result<LogStream, Error> {
         let report = account.report.unwrap_or_default();
         report.check(&path.display().to_string(), &columns.time.header)?;
         Ok(LogStream { path, columns: Box::new(columns), report, parts, block })
     }
 
-    /// Hands over the log in blocks without rows of their neighbours.
+    /// Passes on the log in blocks without rows of their neighbours.
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
         self.each_of(|part| part.range(0..part.len()), take)
     }
 
-    /// The same for who looks at time and positions alone; other series are there, or left out.
+    /// Passes on the log for users of time and positions only; the other series may be missing.
     pub fn each_of_positions(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
         self.each_of(|part| part.positions(), take)
     }
 
-    fn each_of(&self, log: fn(&Part) -> Log, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
+    fn each_of(
+        &self,
+        log: fn(&BlockPart) -> Log,
+        take: &mut dyn FnMut(&Log) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         self.parts(1, &mut |part| {
-            if part.len() == 0 { Ok(true) } else { take(&self.described(log(&part))).map(|()| true) }
+            if part.len() == 0 { Ok(true) } else { take(&self.with_account(log(&part))).map(|()| true) }
         })
     }
 
-    /// Some of the samples, with the account of all.
-    fn described(&self, mut log: Log) -> Log {
+    /// A range of the samples, with the report of the whole log.
+    fn with_account(&self, mut log: Log) -> Log {
         let duration = log.t.last().zip(log.t.first()).map_or(0.0, |(end, start)| end - start);
         log.report = self.report.clone();
         log.report.clock.duration = duration;
         log
     }
 
-    /// What was found and left out when it was read.
+    /// The report of the cleaning.
     pub fn report(&self) -> &LogReport {
         &self.report
     }
 
-    /// Hands over the usable rows, `blocks` blocks of the file at a time, until `take` wants no more.
+    /// Passes on the usable rows, `blocks` blocks of the file at a time, until `take` returns `false`.
     ///
     /// Fails when the file cannot be read again, or has changed.
-    fn parts<'a>(&'a self, blocks: usize, take: &mut dyn FnMut(Part<'a>) -> Result<bool, Error>) -> Result<(), Error> {
+    fn parts<'a>(
+        &'a self,
+        blocks: usize,
+        take: &mut dyn FnMut(BlockPart<'a>) -> Result<bool, Error>,
+    ) -> Result<(), Error> {
         match &self.parts {
-            Parts::Held(parts) => {
+            RowSource::Held(parts) => {
                 for parts in parts.chunks(blocks) {
-                    if !take(Part::Held(parts))? {
+                    if !take(BlockPart::Held(parts))? {
                         break;
                     }
                 }
                 Ok(())
             }
-            Parts::File(path, state) => {
+            // The clock and the count of rows restart with the file.
+            RowSource::File(path, state) => {
                 let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed(path)) };
                 let (mut clock, mut count) = (Timeline::default(), 0);
                 reader.keep(&self.columns.places());
@@ -270,10 +288,11 @@ impl LogStream {
                 while next.rows() > 0 {
                     let (part, rows, following) = read_block(&mut ahead, next, &self.columns, &mut clock, block)?;
                     (count, next) = (rows.end, following);
-                    if !take(Part::Read(Box::new(part)))? {
+                    if !take(BlockPart::Read(Box::new(part)))? {
                         return Ok(());
                     }
                 }
+                // A different number of rows means that the file has changed.
                 if count != self.report.rows || FileState::of(path)? != *state {
                     return Err(changed(path));
                 }
@@ -282,8 +301,8 @@ impl LogStream {
         }
     }
 
-    /// Hands over the log in blocks that reach `overlap` s into their neighbours, from the block `first` on until `take`
-    /// wants no more. The window of a block covers its own rows.
+    /// Passes on the log in blocks with an overlap of `overlap` s into their neighbours, from the block `first` on, until `take`
+    /// returns `false`. The window of a block covers its own rows.
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn blocks(
@@ -294,9 +313,9 @@ impl LogStream {
     ) -> Result<(), Error> {
         let reach = (overlap / self.report.clock.period).ceil() as usize;
         let mut before: Option<Log> = None;
-        let mut current: Option<Part> = None;
+        let mut current: Option<BlockPart> = None;
         let mut index = 0;
-        let mut block = |before: Option<Log>, current: &Part, next: Option<&Part>| {
+        let mut block = |before: Option<Log>, current: &BlockPart, next: Option<&BlockPart>| {
             index += 1;
             if index <= first {
                 return Ok(true);
@@ -310,12 +329,12 @@ impl LogStream {
             if let Some(next) = next {
                 next.append_to(&mut block, 0..after);
             }
-            // Each part was unwrapped by itself, so that parts may differ by turns where they meet.
+            // Each block was unwrapped separately, so blocks may differ by turns where they meet.
             let samples = block.len();
             let angles =
                 block.q.iter_mut().zip(&self.report.suspect).filter(|(_, s)| Suspect::may_be_wrapped(s)).collect();
-            abreast(samples, angles, |(q, _): (&mut Vec<f64>, &Suspect)| unwrap(q));
-            take(self.described(block))
+            in_parallel_series(samples, angles, |(q, _): (&mut Vec<f64>, &Suspect)| unwrap(q));
+            take(self.with_account(block))
         };
         let mut goes_on = true;
         self.parts((4 * reach).div_ceil(self.block).max(1), &mut |next| {
@@ -361,7 +380,7 @@ mod tests {
         let found = sources.map(|source| {
             let LogSource::Streamed(stream) = source.unwrap().0 else { panic!("it is of one block") };
             let mut blocks = Vec::new();
-            // A reach of 200 rows asks for blocks of two parts.
+            // A window of 200 rows needs two blocks on each side.
             for overlap in [0.5, 2.0] {
                 let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
                 let take = &mut |block: Log| {
@@ -369,7 +388,7 @@ mod tests {
                     Ok(true)
                 };
                 stream.blocks(overlap, 0, take).unwrap();
-                // Whoever holds some blocks goes on behind them.
+                // A reader that has some blocks continues after them.
                 let all = blocks.clone();
                 let (mut index, of_this) = (0, all.len() - if overlap == 0.5 { 9 } else { 5 });
                 let take = &mut |block: Log| {

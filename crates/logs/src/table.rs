@@ -1,29 +1,29 @@
-//! Named columns of numbers, before anybody says what they mean.
+//! Named columns of numbers, without an assignment to signals.
 //!
-//! `columns` and `log` decide what a cell means and which rows are usable.
+//! `columns` and `log` decide the meaning of a cell and the usable rows.
 
 use gate::shown::{self, is_hidden};
 
 use crate::Error;
 
-/// Named columns of one length. A cell that is empty, missing or no number is NaN.
+/// Named columns of one length. A cell that is empty, missing or not a number is NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// The file as the user named it.
+    /// Name of the file, as given by the user.
     pub file: String,
     /// Names of the columns.
     pub header: Vec<String>,
-    /// `columns[c][r]`: column c, row r. Columns of a text that were not asked for are empty.
+    /// `columns[c][r]`: column c, row r. Unwanted columns of a text are empty.
     pub columns: Vec<Vec<f64>>,
-    /// The line of the file each row stands on; none for files without lines.
+    /// The line of each row in the file; empty for files without lines.
     pub lines: Lines,
-    /// For each column the first cell that holds text: its line and the text.
+    /// For each column the first cell with text: its line and the text.
     pub texts: Vec<Option<(usize, String)>>,
     /// Rows with fewer or more cells than the header.
     pub ragged: usize,
-    /// Rows of the file before the first of these.
+    /// Number of rows of the file before the first of these.
     pub skipped: usize,
-    /// Where the file leaves a choice, a sentence on what was read and what was not.
+    /// Notes on choices of the reader: what was read and what was not.
     pub notes: Vec<String>,
 }
 
@@ -39,10 +39,10 @@ impl Table {
     }
 }
 
-/// The lines of rows, from 1. Only rows that do not stand directly below the row before take memory.
+/// The lines of rows, from 1. Only rows that are not directly below the row before take memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
-    /// (row, line): from this row on each stands one line below the one before.
+    /// (row, line): from this row on each row is one line below the row before.
     runs: Vec<(usize, usize)>,
     rows: usize,
 }
@@ -58,7 +58,7 @@ impl Lines {
         self.rows == 0
     }
 
-    /// The line of a row; `None` behind the last.
+    /// The line of a row; `None` after the last.
     pub fn get(&self, row: usize) -> Option<usize> {
         let run = self.runs.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
         let (first, line) = self.runs[run];
@@ -73,7 +73,7 @@ impl Lines {
         self.rows += 1;
     }
 
-    /// Adds those of rows that follow, whose lines are counted from `above`.
+    /// Appends the lines of the next rows, which are counted from `above`.
     pub(crate) fn append(&mut self, next: &Lines, above: usize) {
         for (i, (row, line)) in next.runs.iter().enumerate() {
             self.push(line + above);
@@ -82,21 +82,21 @@ impl Lines {
     }
 }
 
-/// More columns than this is not a log of a robot.
+/// Greatest number of columns of a robot's log.
 pub const MAX_COLUMNS: usize = 10_000;
 
-/// Tables of more numbers, 2 GiB, must be cut by the user. Three hours of 22 columns at 1 kHz have as many.
+/// Greatest number of values of a table, 2 GiB: three hours of 22 columns at 1 kHz. Larger tables must be cut by the user.
 pub const MAX_CELLS: usize = 1 << 28;
 
-/// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
+/// Greatest size of a file that is read as a whole or comes through a pipe, except plain text.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Rows of a file on their way into tables.
+/// A reader of the rows of a file.
 pub trait RowReader: Send {
-    /// How many columns the tables will have, as far as the head of the file tells.
+    /// Number of columns of the tables, from the head of the file.
     fn width(&self) -> usize;
 
-    /// Leaves all but these columns of the tables unread from now on: they are empty in the tables that follow.
+    /// Skips all other columns from now on: they are empty in the next tables.
     fn keep(&mut self, columns: &[usize]);
 
     /// The next rows, at most `most`; none at the end.
@@ -105,7 +105,8 @@ pub trait RowReader: Send {
     fn rows(&mut self, most: usize) -> Result<Table, Error>;
 }
 
-/// Shows what names hide, and refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
+/// Escapes hidden characters in names, and refuses headers without column names, with too many, or with one twice; `line`: the
+/// line of the header.
 pub fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
     for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {
         *name = shown::line(name).into_owned();

@@ -1,33 +1,33 @@
-//! The clock of a log, carried from one part of a file to the next.
+//! The clock of a log, continued from one block of a file to the next.
 //!
-//! A file may hold several episodes, each with a clock of its own. An episode begins where the value of a column changes
-//! that numbers them, or where the clock jumps back and goes on from there. The time of the log goes on: behind the end of
-//! an episode comes a pause that counts as a gap, so that each episode is filtered by itself.
+//! A file may have several episodes, each with its own clock. An episode begins where the column of the episode number changes,
+//! or where the clock jumps back and continues from there. The time of the log continues: after each episode there is a pause
+//! that counts as a gap, so each episode is filtered separately.
 
 use crate::cleaning::account::LeftOutRows;
 use crate::cleaning::clock::{GAP_PERIODS, MIN_ROWS};
 use crate::columns::mapping::Columns;
 use crate::table::Table;
 
-/// s, the least pause between two episodes.
-const LEAST_PAUSE_S: f64 = 1.0;
+/// Least pause between two episodes, s.
+const MIN_PAUSE_S: f64 = 1.0;
 
-/// Where the clock stands behind the rows so far.
+/// The state of the clock after the rows so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
-    /// s, of the last sample on the time of the log.
+    /// Time of the last sample in the time of the log, s.
     after: f64,
-    /// s, time of the log less the clock of the file.
+    /// Time of the log minus the clock of the file, s.
     offset: f64,
-    /// s, the first whole second of a clock of two columns, which is taken off.
+    /// The first whole second of a clock of two columns, which is subtracted, s.
     origin: Option<f64>,
-    /// s, clock of the row before.
+    /// Clock of the row before, s.
     before: f64,
-    /// s, time of the first sample of the episode.
+    /// Time of the first sample of the episode, s.
     start: f64,
-    /// Samples of the episode.
+    /// Number of samples of the episode.
     samples: usize,
-    /// s, clock of a row that was behind, where it was the row before.
+    /// Clock of the row before, s, if that was behind.
     behind: Option<f64>,
     /// The number of the episode.
     episode: Option<f64>,
@@ -49,7 +49,7 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// The time of a row whose numbers are finite; `None` where it is left out, which is counted.
+    /// The time of a row with finite numbers, s; `None` where it is left out and counted.
     pub(crate) fn time(&mut self, table: &Table, columns: &Columns, row: usize, left: &mut LeftOutRows) -> Option<f64> {
         let clock = self.clock(table, columns, row);
         if !clock.is_finite() {
@@ -77,7 +77,7 @@ impl Timeline {
             left.clock_repeated += 1;
             return None;
         }
-        // One row that is behind is a slip of its stamp. A second one that goes on from there is the next episode.
+        // One row that is behind is an error of its stamp. A second one that continues from there is the next episode.
         if self.behind.is_some_and(|behind| clock > behind) && self.is_far_behind(now) {
             left.episodes_by_clock += 1;
             return Some(self.begin(clock));
@@ -89,16 +89,16 @@ impl Timeline {
         None
     }
 
-    /// s, the clock of the file.
+    /// The clock of the file, s.
     fn clock(&mut self, table: &Table, columns: &Columns, row: usize) -> f64 {
         let clock = columns.time.si(table.columns[columns.time.column][row]);
         let Some(fraction) = &columns.time_fraction else { return clock };
-        // Nanoseconds since 1970 have more digits than a number keeps.
+        // Nanoseconds since 1970 have more digits than an f64.
         let origin = if clock.is_finite() { *self.origin.get_or_insert(clock) } else { clock };
         (clock - origin) + fraction.si(table.columns[fraction.column][row])
     }
 
-    /// s, the mean step of the episode.
+    /// The mean step of the episode, s.
     fn step(&self) -> f64 {
         (self.after - self.start) / self.samples.saturating_sub(1).max(1) as f64
     }
@@ -107,9 +107,9 @@ impl Timeline {
         self.samples >= MIN_ROWS && self.after - now > GAP_PERIODS * self.step()
     }
 
-    /// Begins an episode with a row; returns its time.
+    /// Begins an episode with a row; returns its time, s.
     fn begin(&mut self, clock: f64) -> f64 {
-        let earliest = self.after + LEAST_PAUSE_S.max(2.0 * GAP_PERIODS * self.step());
+        let earliest = self.after + MIN_PAUSE_S.max(2.0 * GAP_PERIODS * self.step());
         self.offset = self.offset.max(earliest - clock);
         let now = clock + self.offset;
         (self.after, self.start, self.samples, self.behind) = (now, now, 1, None);
@@ -146,11 +146,11 @@ mod tests {
     #[test]
     fn a_clock_that_begins_anew_makes_episodes() {
         let log = read(&runs([0.0, 0.0, 0.2], "t,q1,tau1,run"), &ColumnNames::default()).unwrap();
-        // The first row of each later episode is lost: a lone row that is behind is no episode.
+        // The first row of each later episode is lost: a single row that is behind is no episode.
         assert_eq!((log.len(), log.report.left_out.episodes_by_clock, log.report.clock.gaps), (298, 2, 2));
         assert_eq!(log.segments().iter().map(Log::len).collect::<Vec<_>>(), [100, 99, 99]);
         assert!(log.report.to_string().contains("3 episodes: the clock begins anew"), "{}", log.report);
-        // The signals are as they were.
+        // The signals are unchanged.
         assert_eq!(log.q[0][100], (0.03f64).sin());
     }
 

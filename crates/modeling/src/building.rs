@@ -1,4 +1,4 @@
-//! What a function that another package derives is built from.
+//! The expressions from which other packages derive functions.
 
 use expr::{Expr, Graph, Input};
 use robot::{LinkId, Robot};
@@ -12,7 +12,7 @@ pub use crate::dynamics::reference_frame::constants;
 pub use crate::kinematics::angle::Angle;
 pub use crate::kinematics::links::Geometry;
 pub use crate::kinematics::placement::{Placement, Twist};
-pub use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
+pub use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross, dot};
 
 impl<'a> Derivation<'a> {
     /// The robot.
@@ -20,12 +20,12 @@ impl<'a> Derivation<'a> {
         self.robot
     }
 
-    /// The graph that functions are taken from.
+    /// The graph of the expressions.
     pub fn graph(&mut self) -> &mut Graph {
         &mut self.graph
     }
 
-    /// Whether every loop is closed by relations of its joints, and none numerically.
+    /// Whether every loop is closed by relations of its joints; false where a loop is closed numerically.
     pub fn closes_by_relations(&self) -> bool {
         self.implicit.is_none()
     }
@@ -35,12 +35,12 @@ impl<'a> Derivation<'a> {
         self.motion.configuration()
     }
 
-    /// gamma, b, alpha, d, theta, r of a link without its joint's variable.
+    /// gamma, b, alpha, d, theta, r (rad and m) of a link at joint variable zero.
     pub fn geometry(&mut self, link: LinkId) -> Geometry {
         Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(link))
     }
 
-    /// Where a link stands in its antecedent's frame.
+    /// The pose of a link's frame in the frame of its antecedent.
     pub fn placement(&self, link: LinkId) -> &Placement {
         &self.links[link.0].placement
     }
@@ -50,17 +50,17 @@ impl<'a> Derivation<'a> {
         self.links[link.0].jacobian[coordinate]
     }
 
-    /// A vector given in the frame of a link, in the axes of a reference.
+    /// A vector given in the axes of link `from`, in the axes of a reference frame.
     pub fn in_axes_of(&mut self, v: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::in_axes_of(&mut self.graph, self.robot, &self.links, v, from, reference)
     }
 
-    /// A point given in the frame of a link, in that of a reference.
+    /// A point given in the frame of link `from`, in a reference frame, m.
     pub fn at_place_of(&mut self, p: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::at_place_of(&mut self.graph, self.robot, &self.links, p, from, reference)
     }
 
-    /// The Jacobian of the origin of a frame in its own axes: velocity, then angular velocity, per unit of each coordinate's rate.
+    /// The Jacobian of the origin of a frame in its own axes: velocity, then angular velocity, per unit rate of each coordinate.
     pub fn jacobian_rows(&mut self, frame: &LinkFrame) -> Vec<Vec<Expr>> {
         pose::jacobian_rows(self, frame, None, NULL)
     }

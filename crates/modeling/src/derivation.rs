@@ -1,8 +1,8 @@
-//! One derivation: a robot's graph, from which every function of it is taken.
+//! One derivation: the expression graph of a robot, from which every function of the robot is taken.
 //!
-//! It holds what all functions share: the graph, its constants, and the motion of every link. The
-//! functions themselves are methods of it, each beside its equations: in the file of its name under `dynamics/`, or under
-//! `base/`.
+//! It holds the data that all functions share: the graph, its constants, and the motion of every link. The
+//! functions themselves are methods of it, each together with its equations: in the file of its name under `dynamics/`, or
+//! under `base/`.
 
 use expr::{Expr, Function, Graph};
 use robot::Robot;
@@ -10,7 +10,7 @@ use robot::Robot;
 use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::implicit::{Implicit, implicit};
-use crate::kinematics::links::{LinkMotion, Motion, link_motions};
+use crate::kinematics::links::{JointVariables, LinkMotion, link_motions};
 
 /// A robot with its link motions derived. Lengths and angles are named constants in every function
 /// taken from it; [`Function::bound`] replaces them by their values.
@@ -18,7 +18,7 @@ pub struct Derivation<'a> {
     pub(crate) robot: &'a Robot,
     pub(crate) graph: Graph,
     pub(crate) constants: Constants<'a>,
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointVariables,
     pub(crate) links: Vec<LinkMotion>,
     pub(crate) implicit: Option<Implicit>,
 }
@@ -45,14 +45,15 @@ impl<'a> Derivation<'a> {
         Derivation::in_graph(robot, Graph::new())
     }
 
-    /// As [`Derivation::new`]; intermediate results keep the names that formulas call them by.
+    /// Derives the motion of every link, where intermediate results keep their names in formulas. Fails as
+    /// [`Derivation::new`].
     pub fn with_names(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
         Derivation::in_graph(robot, Graph::new().with_names())
     }
 
     fn in_graph(robot: &'a Robot, mut graph: Graph) -> Result<Derivation<'a>, NeverCloses> {
         let mut constants = Constants::new(robot);
-        let mut motion = Motion::new(&mut graph, robot);
+        let mut motion = JointVariables::new(&mut graph, robot);
         let implicit = if robot.passive.is_empty() {
             None
         } else {
@@ -62,26 +63,27 @@ impl<'a> Derivation<'a> {
         Ok(Derivation { robot, graph, constants, motion, links, implicit })
     }
 
-    /// The solver of the passive coordinates, where there are such.
+    /// The solver of the passive coordinates; `None` where there are no passive coordinates.
     pub fn closure(&self) -> Option<Closure> {
         let start = self.robot.passive.iter().map(|p| p.start).collect();
         self.implicit.as_ref().map(|i| Closure::new(&i.function, start))
     }
 
-    /// The closure error e, zero where the loops are closed, and its Jacobian. Inputs `q`, `passive`; outputs `e` (6 a
-    /// loop: m and rad) and `j` (6 a loop, x m). `None` without passive coordinates.
+    /// The closure error e, zero where the loops are closed, and its Jacobian. Inputs `q`, `passive`; outputs `e` (6 per
+    /// loop: m and rad) and `j` (6 per loop, x m). `None` without passive coordinates.
     pub(crate) fn closure_function(&self) -> Option<Function> {
         self.implicit.as_ref().map(|i| i.function.clone())
     }
 
-    /// What the loops that are solved numerically ask of positions and rates: inputs `q`, `passive`, outputs `e` (6 a loop,
-    /// zero where it is closed), `ja`, `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq. `None` without such loops.
+    /// The constraints of the loops that are solved numerically, on positions and rates: inputs `q`, `passive`, outputs `e`
+    /// (6 per loop, m and rad, zero where closed), `ja`, `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq. `None`
+    /// without such loops.
     pub fn constraint_equations(&self) -> Option<Function> {
         Some(self.implicit.as_ref()?.constraint_equations(&self.graph, &self.motion))
     }
 
     /// The motion at ddq = 0.
-    pub(crate) fn coasting(&self) -> Motion {
+    pub(crate) fn coasting(&self) -> JointVariables {
         let mut still = self.motion.clone();
         still.ddq.fill(Expr::ZERO);
         if let Some(implicit) = &self.implicit {

@@ -10,18 +10,18 @@ use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 use crate::robot_module::wrapped;
 
-/// Functions with what is to be said of them.
+/// Functions with their explanations.
 pub struct RobotFormulas {
-    /// What the names mean that all of them share.
+    /// The meaning of the names that all functions share.
     pub doc: Vec<String>,
-    /// In the order asked for, each with the lines above it.
+    /// The functions in the requested order, each with the lines above it.
     pub functions: Vec<(Vec<String>, Function)>,
     /// Names of the constants of the graph, each with all names that it has in the file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// The functions of a robot. Where the rank of its base parameters is not clear-cut, those of the standard ones, but for
-/// the base regressor: refused.
+/// The functions of a robot. Where the rank of its base parameters is not clear-cut, they are functions of the standard
+/// parameters; then a request for the base regressor fails.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();
@@ -43,7 +43,7 @@ pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormu
     Ok(RobotFormulas { doc: doc(robot, &base, &functions), functions, constants })
 }
 
-/// What q, x and the intermediate results are.
+/// The lines that explain q, x and the intermediate results.
 fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function)]) -> Vec<String> {
     let mut doc =
         vec![format!("{}: q in rad or m, dq and ddq per s and s^2, torques in N m (forces in N).", robot.name)];

@@ -1,4 +1,4 @@
-//! What a generated file may hold: the word that asks for a function, the sentence above it, and its derivation.
+//! The functions of a generated file: the word that requests a function, the sentence above it, and its derivation.
 
 use std::sync::OnceLock;
 
@@ -11,18 +11,18 @@ use crate::derivation::Derivation;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::ReferenceFrame;
 
-/// A function of a robot that a file may hold.
+/// A function of a robot that a generated file may contain.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RobotFunction(Row);
+pub struct RobotFunction(FunctionRow);
 
 /// A row of the tables.
 #[derive(Clone, Debug, PartialEq)]
-enum Row {
+enum FunctionRow {
     OfRobot(usize),
     OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
-/// A row of a function of a link; two are the same where their words are.
+/// A row of a function of a link; two rows are equal when their words are equal.
 #[derive(Clone, Copy)]
 struct OfLink(&'static FunctionOfLink);
 
@@ -38,7 +38,7 @@ impl std::fmt::Debug for OfLink {
     }
 }
 
-/// What is derived once for all functions of a file.
+/// Data that is derived once for all functions of a file.
 pub(crate) struct Derived<'a> {
     /// D of the standard parameters.
     pub standard: &'a Function,
@@ -48,7 +48,7 @@ pub(crate) struct Derived<'a> {
 /// Word, sentence, derivation.
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
-/// Functions of the whole robot. The first is in every file.
+/// Functions of the whole robot. The first function is in every file.
 const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("base-regressor", "Y of the base parameters.", |_, d| d.base.regressor(d.standard)),
     ("regressor", "The regressor of the standard parameters, row by row.", |_, d| d.standard.clone()),
@@ -119,11 +119,12 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
 /// A function of one link.
 #[derive(Clone, Copy)]
 pub struct FunctionOfLink {
-    /// The word that asks for it.
+    /// The word that requests it.
     pub word: &'static str,
-    /// What stands before and behind the name of the link in the sentence.
+    /// The text before and behind the name of the link in the sentence.
     pub sentence: [&'static str; 2],
-    /// In the axes of the frame itself, or of another where `has_reference`. Fails where the robot does not have it.
+    /// Derives it in the axes of the frame itself, or of a reference where `has_reference`. Fails where the robot does not
+    /// have the function.
     pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
     /// Whether it can be expressed in the axes of another frame.
     pub has_reference: bool,
@@ -189,7 +190,7 @@ const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
 
 static REGISTERED: OnceLock<Vec<FunctionOfLink>> = OnceLock::new();
 
-/// Adds functions of a link that other packages derive; only the first call counts.
+/// Adds functions of a link that other packages derive; only the first call has an effect.
 pub fn register_functions(functions: Vec<FunctionOfLink>) {
     REGISTERED.get_or_init(|| functions);
 }
@@ -199,19 +200,19 @@ fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
     FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
 }
 
-/// A function without outputs, of a robot that does not have it ([`RobotFunction::check`]).
+/// A function without outputs, for a robot that does not have the function ([`RobotFunction::check`]).
 fn nothing(name: &str) -> Function {
     Function::new(name, &Graph::new(), Vec::new(), Vec::new())
 }
 
 impl Derivation<'_> {
-    /// A function; `standard` and `base` are the robot's regressor of the standard parameters and its base parameters.
+    /// The function `which`; `standard` is the robot's regressor of the standard parameters, `base` its base parameters.
     pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
         which.derive(self, &Derived { standard, base }).1
     }
 }
 
-/// The parameters that functions are of: base parameters, which the base regressor needs, else those of any rank.
+/// The parameters of the functions: base parameters where the base regressor is requested, else parameters at any rank.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -228,9 +229,9 @@ pub(crate) fn parameters_of(
 pub enum NotThere {
     /// The robot does not have a function of a link.
     OfLink(String),
-    /// Reactions of a robot with loops.
+    /// Joint reactions of a robot with loops.
     Loops,
-    /// Equations of loops of a robot without joints that are solved numerically.
+    /// Constraint equations of a robot without loops that are solved numerically.
     NoPassive,
 }
 
@@ -239,7 +240,7 @@ impl std::fmt::Display for NotThere {
         match self {
             NotThere::OfLink(why) => f.write_str(why),
             NotThere::Loops => f.write_str(
-                "it has loops, and the forces of a cut joint, which its torques leave open, pass through the others; \
+                "it has loops, and the forces of a cut joint, which its torques do not determine, pass through the others; \
                  reactions are there for trees of links",
             ),
             NotThere::NoPassive => f.write_str(
@@ -252,18 +253,20 @@ impl std::fmt::Display for NotThere {
 impl std::error::Error for NotThere {}
 
 impl RobotFunction {
-    /// Whether the robot has the function: an inverse geometric model is not there for all.
+    /// Checks that the robot has the function: an inverse geometric model, for example, does not exist for all robots.
     ///
-    /// Fails with the reason.
+    /// Fails with the reason where it does not.
     pub fn check(&self, robot: &Robot) -> Result<(), NotThere> {
         match &self.0 {
-            Row::OfRobot(i) => match FUNCTIONS_OF_ROBOT[*i].0 {
+            FunctionRow::OfRobot(i) => match FUNCTIONS_OF_ROBOT[*i].0 {
                 "joint-reactions" if !robot.loops.is_empty() => Err(NotThere::Loops),
                 "constraint-equations" if robot.passive.is_empty() => Err(NotThere::NoPassive),
                 _ => Ok(()),
             },
-            Row::OfLink(OfLink(function), about) if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) => {
-                // Those of core every robot has. A robot whose loops do not close has other worries.
+            FunctionRow::OfLink(OfLink(function), about)
+                if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) =>
+            {
+                // Every robot has the functions of this package. Loops that do not close are reported elsewhere.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))
@@ -274,39 +277,39 @@ impl RobotFunction {
 
     /// A function of the whole robot by its word, `inertia-matrix`; `None` where there is none.
     pub fn of_robot(word: &str) -> Option<RobotFunction> {
-        FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(Row::OfRobot(i)))
+        FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(FunctionRow::OfRobot(i)))
     }
 
     /// A function of one link by its word, `pose`; `None` where there is none.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
         let found = functions_of_link().find(|row| row.word == word)?;
-        Some(move |frame| RobotFunction(Row::OfLink(OfLink(found), Box::new((frame, None)))))
+        Some(move |frame| RobotFunction(FunctionRow::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
-    /// The same function expressed in another frame; `None` where it is not of a link or has no axes.
+    /// The function expressed in a reference frame; `None` where it is not a function of a link or has no axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
-            Row::OfLink(found, of) if found.0.has_reference => {
-                Some(RobotFunction(Row::OfLink(found, Box::new((of.0, Some(reference))))))
+            FunctionRow::OfLink(found, of) if found.0.has_reference => {
+                Some(RobotFunction(FunctionRow::OfLink(found, Box::new((of.0, Some(reference))))))
             }
             _ => None,
         }
     }
 
-    /// All words, each with whether it is of a link.
+    /// All words, each with whether it requests a function of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
         FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }
 
-    /// Whether it is the base regressor, which every file holds.
+    /// Whether it is the base regressor, which every file contains.
     pub(crate) fn is_base_regressor(&self) -> bool {
-        self.0 == Row::OfRobot(0)
+        self.0 == FunctionRow::OfRobot(0)
     }
 
     /// The sentence above it, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
-            Row::OfRobot(i) => {
+            FunctionRow::OfRobot(i) => {
                 let (_, sentence, derive) = FUNCTIONS_OF_ROBOT[*i];
                 let sentence = match derived.base.refused {
                     None => sentence.to_string(),
@@ -314,7 +317,7 @@ impl RobotFunction {
                 };
                 (sentence, derive(derivation, derived))
             }
-            Row::OfLink(OfLink(found), of) => {
+            FunctionRow::OfLink(OfLink(found), of) => {
                 let (frame, reference) = of.as_ref();
                 let FunctionOfLink { word, sentence: [before, behind], derive, has_reference } = found;
                 let place = match (reference, has_reference) {

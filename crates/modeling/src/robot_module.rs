@@ -1,6 +1,6 @@
-//! The module of a robot: the head of its generated file, the names, the base regressor with its rules, other functions.
+//! The module of a robot: the head of its generated file, the names, the base regressor with its rules, further functions.
 
-use expr::{Function, Fusion, Module, Node, SymbolKind, Value};
+use expr::{ConstantValue, Function, Fusion, Module, Node, SymbolKind};
 use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
@@ -8,8 +8,8 @@ use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 
-/// The file of a robot's base regressor and of other functions of it, each once. Where the rank is not clear-cut, the
-/// regressor is that of the standard parameters, unless no function is asked for but the base regressor: refused.
+/// The file with a robot's base regressor and other functions, each once. Where the rank is not clear-cut, the file has the
+/// regressor of the standard parameters instead; then a request for the base regressor, or for no function, fails.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
     Ok(module_with_symbols(robot, functions, &|_| false)?.module)
 }
@@ -27,7 +27,8 @@ pub struct ModuleWithSymbols {
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// As [`module`]; named constants any name of which `is_symbol` stay open.
+/// The file of [`module`], where the named constants with a name for which `is_symbol` holds are inputs `symbols`. Fails as
+/// [`module`].
 pub fn module_with_symbols(
     robot: &Robot,
     functions: &[RobotFunction],
@@ -66,12 +67,12 @@ pub fn module_with_symbols(
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
-        // The file has it already.
+        // The file has this regressor already.
         if base.refused.is_some() && function.name == STANDARD {
             continue;
         }
         let mut function = bind(function);
-        // Two names may make one word.
+        // Two frame names may lead to one function name.
         while module.functions.iter().any(|f| f.function.name == function.name) {
             function.name.push('_');
         }
@@ -80,8 +81,8 @@ pub fn module_with_symbols(
     Ok(ModuleWithSymbols { module, symbols, constants })
 }
 
-/// The base regressor with the names of its rows and columns and the rules behind them. Constants take their values.
-/// `regressor` is the base regressor.
+/// The module with the base regressor `regressor`, the names of its rows and columns and the rules, with the values of the
+/// constants.
 fn robot_module(
     robot: &Robot,
     base: &BaseParameters,
@@ -101,7 +102,7 @@ fn robot_module(
         doc.extend(wrapped(&format!("There are no base parameters: {why}"), 100));
     }
     doc.push(String::new());
-    // The head of the file: what Y is, its units, its source, the rules, what has no effect.
+    // The head of the file: Y, its units, its source, the rules, the parameters without effect.
     let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
     doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
@@ -138,13 +139,13 @@ fn robot_module(
         doc.extend(wrapped(&format!("The {n_passive} entries of `passive`: {how} {}.", passive.join(", ")), 100));
     }
 
-    // What a program may ask at run time.
-    module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
-    module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
+    // Constants for the calling program.
+    module.constant("NAME", "The robot.", ConstantValue::Text(robot.name.clone()));
+    module.constant("COORDINATES", "The coordinates, in the order of q.", ConstantValue::Texts(coordinates));
     let in_order = format!("The {of} parameters, in the order of the columns of Y.");
-    module.constant("PARAMETERS", &in_order, Value::Texts(parameters));
-    let tells = "Tells this function from that of any other robot or geometry.";
-    module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
+    module.constant("PARAMETERS", &in_order, ConstantValue::Texts(parameters));
+    let purpose = "Distinguishes this function from the functions of other robots and geometries.";
+    module.constant("FINGERPRINT", purpose, ConstantValue::Number(regressor.fingerprint()));
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
     module.regressor(shape, regressor);
     module
@@ -163,17 +164,17 @@ fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
 fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values: &[(String, f64)]) {
     let how = "The entries of the argument `symbols`, m, rad or m/s^2, as SYMBOLS lists them.";
     module.doc.extend([String::new(), how.into()]);
-    module.constant("SYMBOLS", "The entries of the argument `symbols`.", Value::Texts(symbols.to_vec()));
+    module.constant("SYMBOLS", "The entries of the argument `symbols`.", ConstantValue::Texts(symbols.to_vec()));
     let is_known = |name: &str| !robot.symbols.iter().any(|s| s.generic && s.name == name);
     if symbols.iter().all(|name| is_known(name)) {
         let value = |name: &String| values.iter().find(|(known, _)| known == name).map_or(0.0, |(_, x)| *x);
         let doc = "What the robot's file says they are.";
-        module.constant("SYMBOL_VALUES", doc, Value::Reals(symbols.iter().map(value).collect()));
+        module.constant("SYMBOL_VALUES", doc, ConstantValue::Reals(symbols.iter().map(value).collect()));
     }
 }
 
-/// Operations of the code that is written: terms that vanish once the constants have their values do not count. A
-/// product in a sum, `mul_add`, is counted neither as a product nor as a sum here.
+/// The operations of the written code as text: terms that vanish at the values of the constants do not count. A
+/// product within a sum, `mul_add`, counts neither as a product nor as a sum.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
     let (count, fusion) = (bound.count(), Fusion::of(&bound));

@@ -1,17 +1,17 @@
-//! What a derivation takes, known before it begins.
+//! Estimate of the time and memory of a derivation, before it starts.
 //!
-//! With n coordinates, p standard parameters and E entries of the regressor that are not zero (a link has its parameters
-//! in the row of each coordinate that moves it), S = 3 p/n + 8 states in which the rank is looked for, m_b passive
+//! With n coordinates, p standard parameters, E non-zero entries of the regressor (a link has its parameters
+//! in the row of each coordinate that moves it), S = 3 p/n + 8 states for the numeric rank, m_b passive
 //! coordinates that are solved together, and L loops, the work is
 //!
 //! ```text
 //! time    17 us E + 0.4 ns p^3 + S T sum_b (1 us m_b + 1 ns m_b^3) + 0.5 ms L^3
 //! memory  1300 B E + 16 B S n p + 8 B (p^2 + 14 n p)
 //! ```
-//! T steps to each state; the last term is the certificate and the closed forms. The factors were measured with
+//! T steps to each state; the last term of the time is the exact rank and the closed forms. The factors were measured with
 //! `rist inspect` on chains and trees of 30 to 200 links, on four-bars in series and on a Gough-Stewart platform, on one
-//! core of a server of 2024. From half a second on all of these were right within a factor of 1.7. The closed forms of
-//! coupled fingers are not in it: a humanoid with hands took 1.2 s, ten times the sum.
+//! core of a server of 2024. From half a second on all estimates were right within a factor of 1.7. The closed forms of
+//! coupled fingers are not included: a humanoid with hands took 1.2 s, ten times the estimate.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -19,26 +19,27 @@ use std::fmt;
 use robot::value::CoordinateId;
 use robot::{LinkId, Robot, StandardParameter};
 
-/// An estimate of what the derivation of a robot takes.
+/// An estimate of the time and memory of the derivation of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// s.
+    /// Time, s.
     pub seconds: f64,
-    /// B.
+    /// Memory, B.
     pub bytes: f64,
     links: usize,
     parameters: usize,
 }
 
-/// Steps of a path to a state, and evaluations of a step.
+/// T: evaluations of the closure for one state, steps of the path times evaluations of a step.
 const EVALUATIONS_PER_STATE: f64 = 150.0;
-/// Time beyond which one is asked, s: nothing takes 10 s unasked, with the factor within which the estimate is right.
+/// Estimated time above which the user is asked first, s: so that no derivation above 10 s starts unasked, with the factor
+/// 1.7 of the estimate's error.
 const SURPRISING_TIME_S: f64 = 10.0 / 1.7;
-/// Memory that a small machine has, B.
+/// Memory of a small machine, B.
 const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 
 impl Size {
-    /// Of the base parameters of `robot`, with its regressor.
+    /// The estimate for the regressor and the base parameters of `robot`.
     pub fn of(robot: &Robot) -> Size {
         let parameters = StandardParameter::all(robot);
         let moved = moved(robot);
@@ -57,7 +58,7 @@ impl Size {
         }
     }
 
-    /// Whether it takes so long or so much that one should be asked before.
+    /// Whether the time or the memory is so large that the user should be asked first.
     pub fn is_large(&self) -> bool {
         self.seconds > SURPRISING_TIME_S || self.bytes > SMALL_MACHINE_BYTES
     }
@@ -76,7 +77,7 @@ impl fmt::Display for Size {
     }
 }
 
-/// By link: the coordinates that move it; all of them where a passive coordinate does, which may follow any.
+/// For each link the coordinates that move it: all coordinates where a passive one moves it, since it may follow any of them.
 fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     let n = robot.n_coordinates();
     let mut moved: Vec<BTreeSet<usize>> = Vec::with_capacity(robot.links.len());
@@ -90,7 +91,7 @@ fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     moved
 }
 
-/// Numbers of passive coordinates of the loops that share some.
+/// The number of passive coordinates of each group of loops that share passive coordinates.
 fn together(robot: &Robot) -> Vec<usize> {
     let n = robot.n_coordinates();
     let mut groups: Vec<BTreeSet<usize>> = Vec::new();
@@ -152,7 +153,7 @@ mod tests {
             "  - {cut: {antecedent: b2, joint: revolute, d: 0.55, start: 0.1}, twin: {antecedent: c2, d: 0.4}}\n",
         );
         let robot = robot::format::read_yaml(&text, "two.yaml").unwrap();
-        // The angle of each cut follows from the orientation of its loop.
+        // Two in each loop, since the angle of its cut follows from the orientation of the loop.
         assert_eq!(together(&robot), [2, 2]);
     }
 }

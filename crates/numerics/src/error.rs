@@ -1,20 +1,20 @@
-//! What ends a computation without a result.
+//! The error of a computation without a result.
 
 use std::fmt;
 
-/// A computation without a result, and why. It knows no file: whoever asked for the computation says of what it was.
+/// A computation without a result, and the reason. It knows no file: the caller adds the subject of the computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
     message: &'static str,
 }
 
 impl Error {
-    /// An error for this reason.
+    /// An error with this reason.
     pub(crate) const fn new(message: &'static str) -> Error {
         Error { message }
     }
 
-    /// What was found, and what was expected.
+    /// The finding and the expectation.
     pub fn message(&self) -> &'static str {
         self.message
     }

@@ -15,12 +15,12 @@ pub fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
     RealFftPlanner::new().plan_fft_forward(n)
 }
 
-/// From the spectrum of a signal of `n` samples back to `n` times the signal.
+/// The inverse transform from the spectrum of a signal of `n` samples to `n` times the signal.
 pub fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(n)
 }
 
-/// Transforms by the lengths of their signals, each planned once: a plan takes as long as a transform.
+/// Transforms by the lengths of their signals; each is planned once, since a plan takes as long as a transform.
 #[derive(Clone, Default)]
 pub struct Plans(BTreeMap<usize, Arc<dyn RealToComplex<f64>>>);
 
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn a_spectrum_is_the_sum_over_the_samples_and_leads_back() {
-        // An even length, an odd one, and a prime that no butterfly has.
+        // An even length, an odd one, and a prime without a butterfly.
         for n in [12, 15, 37] {
             let x: Vec<f64> = (0..n).map(|i| ((i * i) % 7) as f64 - 2.5).collect();
             let transform = forward(n);

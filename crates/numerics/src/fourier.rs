@@ -2,11 +2,11 @@
 //!
 //! Sp(M, v, f) = |M(f)| cos(arg M(f) - arg v(f)) / |v(f)| = Re(M(f) conj v(f)) / |v(f)|^2
 //!
-//! is signed, linear in M, 1 for M = v, and does not change when both are shifted in time. The
-//! record holds a whole number of periods, so f_P is a bin and there is neither leakage nor window.
+//! is signed, linear in M, 1 for M = v, and does not change when both are shifted in time. The record holds a whole number of
+//! periods, so f_P is a bin and there is no leakage and no window.
 //!
-//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum
-//! is the same on every machine. Whole spectra go through [`crate::fft`].
+//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum is the same on
+//! every machine. Whole spectra are computed by [`crate::fft`].
 
 pub use crate::fft::Complex;
 
@@ -15,7 +15,7 @@ pub fn bin(x: &[f64], k: usize) -> Complex<f64> {
     Bins::new(x.len()).of(x, k)
 }
 
-/// Bins of signals of one length, sharing their table of sines.
+/// Bins of signals of one length, with a common table of sines.
 #[derive(Clone, Debug)]
 pub struct Bins {
     /// exp(-2 pi j i / N).
@@ -32,25 +32,26 @@ impl Bins {
     /// Bin k of x. Samples beyond the length of the table are not read.
     #[inline]
     pub fn of(&self, x: &[f64], k: usize) -> Complex<f64> {
-        let [sum] = self.abreast([x], k);
+        let [sum] = self.projections_in_lanes([x], k);
         sum
     }
 
-    /// Bin k of each of the signals, which are of one length.
+    /// Bin k of each of the signals, which all have the same length.
     ///
-    /// Four sums at once take hardly longer than one, because each sum waits for its last term.
+    /// Four sums in SIMD lanes take hardly longer than one, because each addition waits for the one before.
     pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
         let (fours, rest) = signals.as_chunks();
-        let mut bins: Vec<_> = fours.iter().flat_map(|[a, b, c, d]| self.abreast([a, b, c, d], k)).collect();
+        let mut bins: Vec<_> =
+            fours.iter().flat_map(|[a, b, c, d]| self.projections_in_lanes([a, b, c, d], k)).collect();
         match rest {
-            [a, b, c] => bins.extend(self.abreast([a, b, c], k)),
-            [a, b] => bins.extend(self.abreast([a, b], k)),
+            [a, b, c] => bins.extend(self.projections_in_lanes([a, b, c], k)),
+            [a, b] => bins.extend(self.projections_in_lanes([a, b], k)),
             _ => bins.extend(rest.iter().map(|x| self.of(x, k))),
         }
         bins
     }
 
-    fn abreast<const S: usize>(&self, signals: [&[f64]; S], k: usize) -> [Complex<f64>; S] {
+    fn projections_in_lanes<const S: usize>(&self, signals: [&[f64]; S], k: usize) -> [Complex<f64>; S] {
         let n = self.turns.len();
         let length = signals.iter().map(|x| x.len()).min().unwrap_or(0).min(n);
         let signals = signals.map(|x| &x[..length]);
@@ -93,7 +94,7 @@ impl Bins {
     }
 }
 
-/// Sp of a signal with DFT `m` on a projector with DFT `v`, at the same bin.
+/// Sp of a signal with DFT `m` on a projector with DFT `v`, at one bin.
 #[inline]
 pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
@@ -105,8 +106,8 @@ pub fn fold(x: &[f64], period: usize) -> Vec<f64> {
     (0..period).map(|i| x.iter().skip(i).step_by(period).take(periods).sum::<f64>() / periods as f64).collect()
 }
 
-/// Standard deviation of one sample of x about its mean period: the noise of a steady periodic
-/// motion, measured. NaN for less than two periods.
+/// Standard deviation of one sample of x about its mean period: the measured noise of a steady periodic motion. NaN for less than
+/// two periods.
 pub fn scatter(x: &[f64], period: usize) -> f64 {
     let mean = fold(x, period);
     let periods = x.len().checked_div(period).unwrap_or(0);
@@ -114,8 +115,9 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
     (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
 }
 
-/// The same by the harmonics 1 to `highest` of the period alone: white noise gives both alike, and what scatters at higher
-/// frequencies counts here no more. NaN for less than two periods, and without a harmonic.
+/// Standard deviation of one sample of x about its mean period, from the harmonics 1 to `highest` of the period only: for white
+/// noise it equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods, and without a
+/// harmonic.
 ///
 /// ```text
 /// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2       T samples a period, R periods, H harmonics
@@ -138,9 +140,9 @@ pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
     (squares / (period as f64 * highest as f64 * (periods as f64 - 1.0))).sqrt()
 }
 
-/// Central differences of a periodic signal, wrapped around: (dx, ddx).
+/// Central differences of a periodic signal, with wrap-around: (dx, ddx).
 ///
-/// Differences that stopped at the edges of the window would put an error of order noise/h^2 into every bin.
+/// Differences that stop at the edges of the window would add an error of order noise/h^2 to every bin.
 pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);
@@ -149,7 +151,7 @@ pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     ((0..n).map(|i| first(at(i))).collect(), (0..n).map(|i| second(at(i))).collect())
 }
 
-/// One period x, kept up to harmonic `highest` and differentiated in the frequency domain: [x, dx, ddx].
+/// One period x, truncated at harmonic `highest` and differentiated in the frequency domain: [x, dx, ddx].
 pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] {
     let bins = Bins::new(x.len());
     let highest = highest.min(x.len().saturating_sub(1) / 2);
@@ -157,21 +159,21 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
     bins.synthesis(&coefficients, h)
 }
 
-/// sum_i x_i x_(i-l) for l = 0 ..= `lags`, by the theorem of Wiener and Khinchin.
+/// sum_i x_i x_(i-l) for l = 0 ..= `lags`, by the Wiener-Khinchin theorem.
 ///
-/// Each piece of x gives a cross spectrum with the same piece and the `lags` samples before it. Their sum is
-/// transformed back once. A piece stays in the cache.
+/// Each block of x gives a cross spectrum with the block and the `lags` samples before it. The sum of the cross spectra is
+/// transformed back once. A block stays in the cache.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // Room for the `lags` samples before a piece keeps its end from wrapping around to its start.
+    // The `lags` samples before a block keep its end from wrapping around to its start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
-    let (mut piece, mut longer) = (forward.make_output_vec(), forward.make_output_vec());
+    let (mut block, mut longer) = (forward.make_output_vec(), forward.make_output_vec());
     let mut sum = forward.make_output_vec();
     for first in (0..x.len()).step_by(n - lags) {
         let own = &x[first..x.len().min(first + n - lags)];
         let before = &x[first.saturating_sub(lags)..first];
-        for (before, spectrum) in [(&[][..], &mut piece), (before, &mut longer)] {
+        for (before, spectrum) in [(&[][..], &mut block), (before, &mut longer)] {
             input.fill(0.0);
             input[lags - before.len()..lags].copy_from_slice(before);
             input[lags..lags + own.len()].copy_from_slice(own);
@@ -180,9 +182,9 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
                 return vec![];
             }
         }
-        sum.iter_mut().zip(piece.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
+        sum.iter_mut().zip(block.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The spectrum is real at both ends. Rounding leaves imaginary parts, which the transform back refuses.
+    // The spectrum is real at both ends. Rounding leaves imaginary parts, which the inverse transform rejects.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }
@@ -192,7 +194,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     }
 }
 
-/// Samples that are transformed at once for sums over lags, where the lags are few.
+/// Samples of one transform for sums over lags, where the lags are few.
 const SAMPLES_PER_CORRELATION: usize = 1 << 12;
 
 /// |x(f)| / N at all bins up to half the sample rate.
@@ -227,7 +229,7 @@ mod tests {
             let (a, b) = (random.normal(), random.normal());
             let sum: Vec<f64> = m1.iter().zip(&m2).map(|(x, y)| a * x + b * y).collect();
             let of = |m: &[f64]| sp(bin(m, k), bin(&v, k));
-            // Rounding of sums of some 400 terms, each bin of size sqrt(n).
+            // Rounding of sums of some 400 terms, each bin of the order of sqrt(n).
             assert!((of(&sum) - a * of(&m1) - b * of(&m2)).abs() < 1e-12);
             assert!((of(&v) - 1.0).abs() < 1e-12);
             let turn = |x: &[f64]| [&x[n / 3..], &x[..n / 3]].concat();
@@ -249,12 +251,12 @@ mod tests {
 
     #[test]
     fn self_products_are_the_sums_of_their_definition() {
-        // One piece, and several.
+        // One block, and several.
         for len in [300, 3 * SAMPLES_PER_CORRELATION] {
             let x = noise(&mut Random::new(6), len);
             for (lag, found) in self_products(&x, 40).iter().enumerate() {
                 let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();
-                // Rounding of sums of as many terms of order one.
+                // Rounding of sums of x.len() terms of order one.
                 assert!((found - expected).abs() < 4e-14 * len as f64, "{lag}");
             }
         }
@@ -289,8 +291,8 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
-        // 49 harmonics of eight periods are 686: five standard errors are 13 %. A wave between the harmonics far above them,
-        // five times as large as the noise, counts in the one and hardly in the other.
+        // 49 harmonics of eight periods are 686 degrees of freedom: five standard errors are 13 %. A wave between the harmonics
+        // far above them, five times as large as the noise, counts in `scatter` and hardly in `scatter_of_harmonics`.
         assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
         let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
         let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();

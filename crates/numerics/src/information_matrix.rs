@@ -1,26 +1,26 @@
 //! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
 //!
-//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored flat. This is the inner
-//! loop of planning, where a candidate costs a few thousand operations.
+//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored row by row. This is the inner loop of
+//! planning, where a candidate costs a few thousand operations.
 
 use processor::{Work, widely};
 
 /// Weighted rows of W: m x p, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rows {
+pub struct WeightedRows {
     width: usize,
     entries: Vec<f64>,
 }
 
-impl Rows {
+impl WeightedRows {
     /// No rows of `width` columns.
-    pub fn new(width: usize) -> Rows {
-        Rows { width, entries: vec![] }
+    pub fn new(width: usize) -> WeightedRows {
+        WeightedRows { width, entries: vec![] }
     }
 
     /// The rows of these entries, row by row.
-    pub fn of(width: usize, entries: Vec<f64>) -> Rows {
-        Rows { width, entries }
+    pub fn of(width: usize, entries: Vec<f64>) -> WeightedRows {
+        WeightedRows { width, entries }
     }
 
     /// Appends one row, cut or filled with zeros to the width.
@@ -31,7 +31,7 @@ impl Rows {
         self.entries.extend(std::iter::repeat_n(0.0, missing));
     }
 
-    /// Columns of a row.
+    /// Number of columns.
     #[inline]
     pub fn width(&self) -> usize {
         self.width
@@ -49,16 +49,16 @@ impl Rows {
         self.entries.is_empty()
     }
 
-    /// The rows in turn.
+    /// The rows, in their order.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
         self.entries.chunks_exact(self.width.max(1))
     }
 
     /// Multiplies each column by its factor.
-    pub fn scaled(&self, factors: &[f64]) -> Rows {
+    pub fn scaled(&self, factors: &[f64]) -> WeightedRows {
         let entries = self.iter().flat_map(|row| row.iter().zip(factors).map(|(x, f)| x * f)).collect();
-        Rows { width: self.width, entries }
+        WeightedRows { width: self.width, entries }
     }
 
     /// Sum of squares: the trace of the block's information.
@@ -74,7 +74,7 @@ pub struct InformationMatrix {
     entries: Vec<f64>,
 }
 
-/// The factor F = L L': the determinant and L^-1.
+/// The factor F = L L', by its determinant and L^-1.
 #[derive(Clone, Debug)]
 pub struct InformationFactor {
     p: usize,
@@ -93,14 +93,18 @@ impl InformationMatrix {
     }
 
     /// The sum over blocks, each with its weight, plus `ridge` times the identity.
-    pub fn sum<'a>(p: usize, ridge: f64, blocks: impl IntoIterator<Item = (&'a Rows, f64)>) -> InformationMatrix {
+    pub fn sum<'a>(
+        p: usize,
+        ridge: f64,
+        blocks: impl IntoIterator<Item = (&'a WeightedRows, f64)>,
+    ) -> InformationMatrix {
         let mut f = InformationMatrix::diagonal(p, ridge);
         blocks.into_iter().for_each(|(rows, weight)| f.add(rows, weight));
         f
     }
 
     /// F + weight W'W.
-    pub fn add(&mut self, rows: &Rows, weight: f64) {
+    pub fn add(&mut self, rows: &WeightedRows, weight: f64) {
         add_products(&mut self.entries, self.p, &rows.entries, |_| weight);
     }
 
@@ -123,15 +127,15 @@ impl InformationMatrix {
         for j in 0..p {
             for i in j..p {
                 let s: f64 = (0..j).map(|k| l[i * p + k] * l[j * p + k]).sum();
-                let left = l[i * p + j] - s;
+                let reduced = l[i * p + j] - s;
                 if i == j {
-                    if left.is_nan() || left <= 0.0 {
+                    if reduced.is_nan() || reduced <= 0.0 {
                         return None;
                     }
-                    log_det += left.ln();
-                    l[j * p + j] = left.sqrt();
+                    log_det += reduced.ln();
+                    l[j * p + j] = reduced.sqrt();
                 } else {
-                    l[i * p + j] = left / l[j * p + j];
+                    l[i * p + j] = reduced / l[j * p + j];
                 }
             }
         }
@@ -147,10 +151,9 @@ impl InformationMatrix {
     }
 }
 
-/// log det F and F^-1 (p x p, row by row) of a symmetric F of which the lower triangle is given; `None` where F is not positive
-/// definite.
+/// log det F and F^-1 (p x p, row by row) of a symmetric F, from its lower triangle; `None` where F is not positive definite.
 ///
-/// Every inner loop runs along rows, which a hundred columns and more ask for.
+/// Every inner loop runs along rows, for the cache with a hundred columns and more.
 pub fn log_det_and_inverse(lower: &[f64], p: usize) -> Option<(f64, Vec<f64>)> {
     widely(Inversion { lower, p })
 }
@@ -204,7 +207,7 @@ impl Work for Inversion<'_> {
     }
 }
 
-/// x - factor y. By indices: an iterator's own functions may stand in another unit, which has not the wide registers.
+/// x - factor y. With indices, since an iterator's functions may be compiled in another unit, without the wide registers.
 #[inline(always)]
 fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     let y = &y[..x.len()];
@@ -216,7 +219,8 @@ fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
 /// Rows that are added in one pass.
 const ROWS_PER_PASS: usize = 4;
 
-/// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix, row after row in every entry.
+/// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix; every entry is summed in the order of the
+/// rows.
 #[inline(always)]
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
     let whole = rows.len() / p.max(1) / ROWS_PER_PASS * ROWS_PER_PASS;
@@ -286,7 +290,7 @@ impl InformationFactor {
 
     /// tr(W F^-1 W') of a block: its variance before it is added.
     #[inline]
-    pub fn variance(&self, rows: &Rows, out: &mut [f64]) -> f64 {
+    pub fn variance(&self, rows: &WeightedRows, out: &mut [f64]) -> f64 {
         rows.iter()
             .map(|row| {
                 self.whiten(row, out);
@@ -304,7 +308,7 @@ mod tests {
     #[test]
     fn factor_inverse_determinant() {
         let mut random = Random::new(1);
-        let mut rows = Rows::new(6);
+        let mut rows = WeightedRows::new(6);
         for _ in 0..9 {
             rows.push(&(0..6).map(|_| random.normal()).collect::<Vec<_>>());
         }

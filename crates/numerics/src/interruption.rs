@@ -1,9 +1,8 @@
-//! A flag that ends long work early. Whoever waits for the result raises it, and the work looks at it between its
-//! parts.
+//! A flag that ends long work early. The waiting side raises it, and the work checks it between its steps.
 //!
-//! No signature has an argument for the flag. [`Interruption::during`] sets it for the thread, and work that starts
-//! threads of its own passes it on by [`Interruption::here`]. Work that nobody can interrupt sees a flag that is never
-//! raised. No number depends on the flag.
+//! No signature has an argument for the flag. [`Interruption::during`] sets it for the thread, and work that starts its own
+//! threads passes it on by [`Interruption::here`]. Without a flag, work sees one that is never raised. No number depends on the
+//! flag.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -12,12 +11,12 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// A flag, the same in all clones.
+/// A flag, shared by all clones.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
 thread_local! {
-    /// The flag of the work that this thread does.
+    /// The flag of the work in this thread.
     static FLAG_OF_THIS_THREAD: RefCell<Interruption> = RefCell::default();
 }
 
@@ -27,7 +26,7 @@ impl Interruption {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Asks the work to end after a time, where it has not ended by then.
+    /// Asks the work to end after a time, if it has not ended by then.
     pub fn raise_within(&self, delay: Duration) {
         let flag = self.clone();
         std::thread::spawn(move || {
@@ -42,17 +41,17 @@ impl Interruption {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// The flag itself, for whoever raises it from outside, such as the handler of a signal.
+    /// The flag for code that raises it from outside, such as a signal handler.
     pub fn flag(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.0)
     }
 
-    /// Whether the work is asked to end; lowers the flag. For a step that makes a result of what there is.
+    /// Whether the work is asked to end; lowers the flag. For a step that returns the result so far.
     pub fn take() -> bool {
         FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }
 
-    /// Does work that this flag ends.
+    /// Runs work that this flag ends.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
         let before = FLAG_OF_THIS_THREAD.replace(self.clone());
         let outcome = work();
@@ -60,7 +59,7 @@ impl Interruption {
         outcome
     }
 
-    /// The flag of the work that this thread does.
+    /// The flag of the work in this thread.
     pub fn here() -> Interruption {
         FLAG_OF_THIS_THREAD.with_borrow(Clone::clone)
     }

@@ -1,8 +1,8 @@
-//! Numbers known to lie between two others, with proved bounds on what is computed with them.
+//! Intervals that contain a number, with proven bounds of computations with them.
 //!
-//! Each operation returns an interval that holds the result for every choice within its operands [Moore, Kearfott,
-//! Cloud 2009]. Bounds are pushed outward by one step of f64 after each rounding, since + - * / and sqrt are rounded to
-//! the nearest; sine and cosine of `libm` are taken to be within two steps of 1.
+//! Each operation returns an interval that contains the result for every choice within its operands [Moore, Kearfott, Cloud
+//! 2009]. Bounds are moved outward by one step of f64 after each rounding, since + - * / and sqrt are rounded to nearest; sine
+//! and cosine of `libm` are assumed to be within two steps of 1.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Mul, Neg, Sub};
@@ -10,24 +10,26 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// All numbers from `low` to `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// The smallest number of it.
+    /// Its smallest number.
     pub low: f64,
-    /// The largest number of it.
+    /// Its largest number.
     pub high: f64,
 }
 
-/// Error allowed to a sine, twice the distance of neighbours at 1.
+/// Error bound of a sine, twice the distance of neighbours at 1.
 const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
 /// Distance from a peak of the sine, in turns, below which the peak counts as reached. It is far above the rounding of
 /// the quotient.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
+/// Largest angle of the sine's range, rad: beyond it the rounding of the quotient is near [`PEAK_DISTANCE_TURNS`].
+const MAX_ANGLE_RAD: f64 = 1e6;
 
 impl Interval {
-    /// Zero alone.
+    /// The interval of zero only.
     pub const ZERO: Interval = Interval::point(0.0);
 
-    /// The number x alone.
+    /// The interval of x only.
     #[inline]
     pub const fn point(x: f64) -> Interval {
         Interval { low: x, high: x }
@@ -45,7 +47,7 @@ impl Interval {
         Interval { low: -x, high: x }
     }
 
-    /// Everything: nothing is known.
+    /// All numbers: nothing is known.
     pub const ALL: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// pi, between two neighbouring f64.
@@ -53,32 +55,32 @@ impl Interval {
         Interval { low: PI.next_down(), high: PI.next_up() }
     }
 
-    /// A number near the middle, within the interval.
+    /// A number near the middle, inside the interval.
     #[inline]
     pub fn middle(self) -> f64 {
         (self.low + 0.5 * (self.high - self.low)).clamp(self.low, self.high)
     }
 
-    /// The largest number less the smallest.
+    /// The largest number minus the smallest.
     #[inline]
     pub fn width(self) -> f64 {
         self.high - self.low
     }
 
-    /// The greatest absolute value.
+    /// The largest absolute value.
     #[inline]
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
-    /// The least interval that holds both.
+    /// The smallest interval that contains both.
     #[inline]
     pub fn hull(self, other: Interval) -> Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The intersection; `self` where the two are apart. Two enclosures of one quantity are never apart, since rounding
-    /// goes outward.
+    /// The intersection; `self` where the two are disjoint. Two enclosures of one quantity are never disjoint, since rounding is
+    /// outward.
     #[inline]
     pub fn meet(self, other: Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
@@ -92,7 +94,7 @@ impl Interval {
         Interval { low: product.low.max(0.0), high: product.high }
     }
 
-    /// x / y; everything where the divisor holds zero.
+    /// x / y; all numbers where the divisor contains zero.
     #[inline]
     pub fn over(self, divisor: Interval) -> Interval {
         if divisor.low <= 0.0 && divisor.high >= 0.0 {
@@ -103,7 +105,7 @@ impl Interval {
         outward(quotients)
     }
 
-    /// Square root of what is not negative; everything where a negative number is held.
+    /// Square root of a non-negative interval; all numbers where it contains a negative number.
     #[inline]
     pub fn sqrt(self) -> Interval {
         if self.low < 0.0 {
@@ -122,11 +124,11 @@ impl Interval {
         self.sine_with_peaks_at(0.0, libm::cos)
     }
 
-    /// `f` has its peaks of 1 at `peak` + 2 k pi and of -1 half a turn later, and is monotone in between.
+    /// The range of `f`, which has its peaks of 1 at `peak` + 2 k pi and of -1 half a turn later, and is monotonic in between.
     fn sine_with_peaks_at(self, peak: f64, f: fn(f64) -> f64) -> Interval {
         let unit = Interval::around_zero(1.0);
-        // Beyond 1e6 rad the rounding of the quotient would come near the margin.
-        if !(self.low.abs() <= 1e6 && self.high.abs() <= 1e6) {
+        // Beyond this the rounding of the quotient would come near the margin.
+        if !(self.low.abs() <= MAX_ANGLE_RAD && self.high.abs() <= MAX_ANGLE_RAD) {
             return unit;
         }
         let holds = |peak: f64| {
@@ -141,7 +143,7 @@ impl Interval {
     }
 }
 
-/// The least interval of these, pushed outward; everything where one is no number.
+/// The smallest interval of these, moved outward; all numbers where one is NaN.
 #[inline]
 fn outward(values: [f64; 4]) -> Interval {
     if values.iter().any(|x| x.is_nan()) {
@@ -229,7 +231,7 @@ mod tests {
         }
     }
 
-    /// Bounds are near what they bound: a rounding step for a sum, the peak itself for a sine across it.
+    /// Bounds are tight: a rounding step for a sum, the exact peak for a sine across it.
     #[test]
     fn intervals_are_narrow() {
         let x = Interval::new(1.0, 2.0);

@@ -1,4 +1,4 @@
-//! A function of time near an instant, to second order, between proved bounds.
+//! A function of time near an instant, to second order, with proven bounds.
 //!
 //! x(t + h) = x_0 + x_1 h + x_2 h^2 with interval coefficients x_0 = x, x_1 = x', x_2 = x''/2 [Moore, Kearfott, Cloud
 //! 2009]. Over an interval I about c, with jets at c (thin) and over I (wide), Taylor's theorem gives
@@ -26,7 +26,7 @@ impl Jet {
         Jet([x, dx, ddx * 0.5])
     }
 
-    /// x / y; everything where y may be zero.
+    /// x / y; all numbers where y may be zero.
     #[inline]
     pub fn over(self, y: Jet) -> Jet {
         let z0 = self.0[0].over(y.0[0]);
@@ -35,7 +35,7 @@ impl Jet {
         Jet([z0, z1, z2])
     }
 
-    /// Square root; everything where x may be zero or negative.
+    /// Square root; all numbers where x may be zero or negative.
     pub fn sqrt(self) -> Jet {
         let z0 = self.0[0].sqrt();
         let twice = z0 * 2.0;
@@ -56,7 +56,7 @@ impl Jet {
         Jet([c, -(s * self.0[1]), -(s * self.0[2]) - c * self.0[1].square() * 0.5])
     }
 
-    /// The range of x over I, from the jet at its middle c and the jet over I; `from_middle` holds I - c.
+    /// The range of x over I, from the jet at its middle c and the jet over I; `from_middle` contains I - c.
     pub fn over_interval(at_middle: Jet, wide: Jet, from_middle: Interval) -> Interval {
         let taylor = at_middle.0[0] + at_middle.0[1] * from_middle + wide.0[2] * from_middle.square();
         taylor.meet(wide.0[0])
@@ -100,7 +100,7 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// For x = sin(t) (2 + t) / sqrt(3 + cos t) an enclosure over an interval holds the samples there. Its excess falls
+    /// For x = sin(t) (2 + t) / sqrt(3 + cos t) an enclosure over an interval contains the samples there. Its excess decreases
     /// with the square of the width.
     #[test]
     fn what_a_function_does_lies_within() {

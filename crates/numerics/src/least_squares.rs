@@ -1,8 +1,8 @@
-//! Least squares from a triangle, and the directions that the data cannot tell.
+//! Least squares from a triangle, and the directions that the data do not determine.
 //!
-//! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is
-//! s_1 / s_p of the scaled columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not in the data: the
-//! parameters they touch have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
+//! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is s_1 / s_p of the scaled
+//! columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not in the data: parameters with a component along them have
+//! no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
 //!
 //! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
 
@@ -10,12 +10,14 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// Smaller ratios of singular values are rounding: columns of filtered signals carry some nine digits, and those that nearly
-/// cancel fewer.
+/// Smaller ratios of singular values are rounding: columns of filtered signals have about nine digits, and fewer if they nearly
+/// cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
-/// A parameter is touched by a direction in which it has more than this share.
+/// A parameter is not determined if it has more than this share in a direction that is not in the data.
 const TOUCHED_PARAMETER_SHARE: f64 = 1e-3;
+/// Weak directions have a singular value below this share of the largest.
+const WEAK_SHARE: f64 = 0.1;
 
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
@@ -24,16 +26,16 @@ pub struct Solution {
     pub x: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
-    /// p x p, (R'R)^+ : covariance for noise of unit variance.
+    /// (R'R)^+, p x p: covariance for noise of unit variance.
     pub inverse: DMatrix<f64>,
     /// Noise variance from the residual.
     pub variance: f64,
     /// Singular values of the scaled columns, largest first.
     pub singular_values: Vec<f64>,
-    /// Condition number of the scaled columns; infinite when a direction is missing.
+    /// Condition number of the scaled columns; infinite when a direction is not in the data.
     pub condition_number: f64,
-    /// Directions of the parameter space (original units, largest entry 1) with their singular
-    /// value over the largest, the weakest first.
+    /// Weak directions of the parameter space (unscaled units, largest entry 1) with their singular value over the largest, the
+    /// weakest first.
     pub weak: Vec<(f64, Vec<f64>)>,
     /// Number of independent columns.
     pub rank: usize,
@@ -51,7 +53,8 @@ pub fn solve(triangle: &Triangle) -> Solution {
     solve_within(triangle, SINGULAR_VALUE_TOLERANCE)
 }
 
-/// The same where directions count as untold from a larger ratio of singular values, `tolerance`, down.
+/// The solution of a triangle with another tolerance: directions with a ratio of singular values up to `tolerance` are not in the
+/// data.
 pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
@@ -68,7 +71,7 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     let largest = s.first().copied().unwrap_or(0.0);
     let rank = s.iter().filter(|&&s| s > tolerance * largest).count();
 
-    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, of directions in the data.
+    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, over the directions in the data.
     let mut x = vec![0.0; p];
     let mut inverse = DMatrix::zeros(p, p);
     for &i in &order[..rank] {
@@ -81,23 +84,23 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
             }
         }
     }
-    // Of all x that explain the data alike the least one in the units of the parameters: in those of the columns one that hardly
-    // shows would be as much larger as its column is small.
+    // Of all x with the least residual, the one of least norm in the units of the parameters. In the units of the columns, a
+    // parameter with a very small column would get a very large value.
     let null = DMatrix::from_fn(p, p - rank, |c, i| scale[c] * vt[(order[rank + i], c)]);
     if rank > 0 && rank < p {
         let q = null.map(|x| if x.is_finite() { x } else { 0.0 }).qr().q();
         let least = DVector::from_column_slice(&x);
         x = (&least - &q * q.tr_mul(&least)).as_slice().to_vec();
     }
-    // A parameter that a direction not in the data touches has no value.
+    // A parameter in a direction that is not in the data has no value.
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
         for (c, d) in determined.iter_mut().enumerate() {
             *d = *d && vt[(i, c)].abs() <= TOUCHED_PARAMETER_SHARE;
         }
     }
-    // Weak directions in the units of the parameters, the largest entry being one.
-    let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < 0.1 * largest);
+    // Weak directions in the units of the parameters, with largest entry one.
+    let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < WEAK_SHARE * largest);
     let weak = weak.map(|&i| {
         let v: Vec<f64> = (0..p).map(|c| vt[(i, c)] * scale[c]).collect();
         let peak = v.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
@@ -118,7 +121,7 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     }
 }
 
-/// U diag(s) V'. A matrix with a NaN or an infinity counts as zero, because the iteration over it would not end.
+/// U diag(s) V'. A matrix with a NaN or an infinity counts as zero, because the iteration would not end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let is_finite = matrix.iter().all(|x| x.is_finite());
     let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
@@ -168,7 +171,7 @@ mod tests {
         assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
     }
 
-    /// Two columns of one direction, one of them a hundred thousand times smaller: x is no larger than it must be.
+    /// Two columns of one direction, one of them a hundred thousand times smaller: x is no larger than necessary.
     #[test]
     fn a_column_that_hardly_shows_gets_no_large_value() {
         let mut random = Random::new(9);

@@ -1,14 +1,13 @@
 //! Matrices, transforms, intervals and distributions.
 //!
-//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never holds the rows.
-//! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
-//! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
-//! transform, [`student`] tells chance from difference, and [`interruption`] ends long work.
+//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never stores the rows. [`reflection`]
+//! and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve with it. [`interval`],
+//! [`range`] and [`jet`] enclose the values of a function between two instants. [`fft`] and [`fourier`] transform, [`student`]
+//! has the distributions of tests, and [`interruption`] ends long work.
 //!
-//! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
+//! It knows the lanes of `generated`: the triangle takes eight samples in SIMD lanes, as a generated function writes them.
 //!
-//! Not here: anything of robots, logs, parameters or units. A column is a number. Matrices that fit `nalgebra` stay
-//! there.
+//! Not here: robots, logs, parameters or units. A column is a number. Matrices that `nalgebra` handles well stay there.
 
 #![warn(missing_docs)]
 

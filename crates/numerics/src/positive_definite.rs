@@ -3,7 +3,7 @@
 /// Solves A x = b in place for a symmetric positive definite A (n x n, row by row); `false` when
 /// A is not positive definite.
 pub fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
-    // Most arms; their loops are unrolled and take two thirds of the time.
+    // The sizes of most arms: their loops are unrolled and take two thirds of the time.
     match b.len() {
         6 => solved(a, b, 6),
         7 => solved(a, b, 7),
@@ -40,7 +40,7 @@ fn solved(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// The sizes with loops of their own among others: the solution is known.
+    /// The sizes with their own loops among others: the solution is known.
     #[test]
     fn every_size_is_solved() {
         for n in 1..=9 {
@@ -50,7 +50,7 @@ mod tests {
             let product = |row: &[f64]| row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
             let mut b: Vec<f64> = a.chunks(n).map(product).collect();
             assert!(solve_positive(&mut a.clone(), &mut b));
-            // Rounding of numbers below 30, of a condition below 10.
+            // Rounding of numbers below 30, with a condition number below 10.
             assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-13), "{n}: {b:?}");
             let mut not = a.clone();
             not[n * n - 1] = -3.0;

@@ -1,11 +1,11 @@
-//! The least and greatest values that functions of one variable take on an interval, proved by subdivision.
+//! The smallest and largest values of functions of one variable on an interval, proven by subdivision.
 //!
-//! An enclosure gives, for a part I of the span, intervals that hold what each function does on I. A part is divided
-//! until no function can exceed there, by more than its tolerance, the value that it is known to reach (branch and
-//! bound, in a fixed order). The values reached are proved too, by enclosures at single instants.
+//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval is
+//! divided until no function can exceed its largest known value there by more than its tolerance (branch and bound, in a fixed
+//! order). The known values are proven too, by enclosures at single instants.
 //!
-//! Where it is enough to know that functions stay within bounds, that is proved first, with more enclosures: the exact
-//! range of what is enclosed widely may take too many.
+//! Where it is enough to know that functions stay within bounds, this is proven first, with more enclosures: the exact range of a
+//! wide enclosure may need too many.
 
 use crate::interruption::Interruption;
 use crate::interval::Interval;
@@ -16,9 +16,9 @@ use processor::{in_parallel, threads};
 pub struct Extreme {
     /// The value reached at `time`.
     pub reached: f64,
-    /// s.
+    /// Instant of this value, s.
     pub time: f64,
-    /// A bound that is nowhere exceeded.
+    /// A proven bound that the function never exceeds.
     pub proved: f64,
 }
 
@@ -31,73 +31,75 @@ pub struct Range {
     pub greatest: Extreme,
 }
 
-/// What is sought of one function.
+/// The goal for one function.
 #[derive(Clone, Copy, Debug)]
-pub struct Sought {
-    /// How near a proved bound comes to what is reached.
+pub struct RangeGoal {
+    /// Largest distance of a proven bound from the value reached.
     pub tolerance: f64,
-    /// What the function is to stay within, between minus this and this; minus infinity where only its range is sought.
+    /// The function must stay between minus this and this; minus infinity where only its range is sought.
     pub enough: f64,
 }
 
-impl Sought {
+impl RangeGoal {
     /// The range, to a tolerance.
-    pub fn to(tolerance: f64) -> Sought {
-        Sought { tolerance, enough: f64::NEG_INFINITY }
+    pub fn to(tolerance: f64) -> RangeGoal {
+        RangeGoal { tolerance, enough: f64::NEG_INFINITY }
     }
 }
 
-/// How far to go.
+/// The number of subintervals and of enclosures.
 #[derive(Clone, Copy, Debug)]
 pub struct Subdivision {
-    /// Parts to begin with.
+    /// Subintervals at the start.
     pub parts: usize,
-    /// Most enclosures for the exact ranges. The parts that are left then are bounded without further division.
+    /// Maximum number of enclosures for the exact ranges. The remaining subintervals are then bounded without further division.
     pub enclosures: usize,
-    /// Most enclosures before them, to know that functions stay within what is enough; where one is seen to leave it,
-    /// they are those for the ranges.
+    /// Maximum number of enclosures before these, to prove that functions stay within `enough`; where one is found to exceed it,
+    /// these count for the ranges.
     pub enclosures_within: usize,
 }
 
-/// What functions do on a part, and at its middle.
+/// The values of functions on a subinterval and at its middle.
 #[derive(Clone, Debug)]
 pub struct Enclosed {
-    /// On the part.
+    /// On the subinterval.
     pub over: Vec<Interval>,
-    /// At the middle of the part.
+    /// At the middle of the subinterval.
     pub middle: Vec<Interval>,
 }
 
-/// Widths of an instant's enclosure that a part may exceed what is reached by: what is reached is the far end of one, and a
-/// part is rounded in a few operations more.
-const ROUNDINGS: f64 = 4.0;
+/// Factor of the width of an instant's enclosure, by which a subinterval may exceed the value reached: this value is the far end
+/// of an enclosure, and a subinterval has some more roundings.
+const ROUNDING_WIDTHS: f64 = 4.0;
 
-/// Parts that threads share at a time.
+/// Subintervals that threads share at a time.
 const PARTS_AT_A_TIME: usize = 512;
 
-/// The ranges over `span` of the functions that `enclose` encloses, one for each that is sought. They are the same for any
-/// number of threads. Work that is interrupted ends without further division.
+/// The ranges over `span` of the functions that `enclose` encloses, one for each goal. They do not depend on the number of
+/// threads. Interrupted work ends without further division.
 pub fn ranges(
     span: Interval,
     subdivision: Subdivision,
-    sought: &[Sought],
+    sought: &[RangeGoal],
     enclose: impl Fn(Interval) -> Enclosed + Sync,
 ) -> Vec<Range> {
     let Subdivision { parts, enclosures, enclosures_within } = subdivision;
     let parts = parts.max(1);
     let at = |k: usize| if k == parts { span.high } else { span.low + span.width() * (k as f64 / parts as f64) };
     let never = |sign: f64| Extreme { reached: sign * f64::INFINITY, time: span.low, proved: sign * f64::INFINITY };
-    let mut search = Search {
+    let mut search = RangeSearch {
         sought,
         found: vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()],
         rounding: vec![0.0; sought.len()],
     };
+    // the ends of the subintervals first, then the subintervals, then their division
     for time in (0..=parts).map(at) {
-        search.reach(time, &enclose(Interval::point(time)).over);
+        search.include_instant(time, &enclose(Interval::point(time)).over);
     }
     let first = search.enclosed((0..parts).map(|k| Interval::new(at(k), at(k + 1))).collect(), &enclose);
-    let within = search.divided(first, Aim::Within, enclosures_within.max(enclosures), enclosures, &enclose);
-    let exact = search.divided(within, Aim::Range, enclosures, enclosures, &enclose);
+    let within =
+        search.divided(first, SubdivisionGoal::Within, enclosures_within.max(enclosures), enclosures, &enclose);
+    let exact = search.divided(within, SubdivisionGoal::Range, enclosures, enclosures, &enclose);
     for part in &exact {
         for (range, held) in search.found.iter_mut().zip(&part.held) {
             range.greatest.proved = range.greatest.proved.max(held.high);
@@ -107,37 +109,37 @@ pub fn ranges(
     search.found
 }
 
-/// A part of the span, and what holds each function on it.
-struct Part {
+/// A subinterval of the span with the intervals that contain the functions on it.
+struct SpanPart {
     span: Interval,
     held: Vec<Interval>,
 }
 
-/// What parts are divided for.
+/// The purpose of a division.
 #[derive(Clone, Copy, PartialEq)]
-enum Aim {
-    /// To know that functions stay within what is enough.
+enum SubdivisionGoal {
+    /// A proof that functions stay within `enough`.
     Within,
-    /// To know their ranges.
+    /// Their ranges.
     Range,
 }
 
-/// What is known so far.
-struct Search<'a> {
-    sought: &'a [Sought],
+/// The results so far.
+struct RangeSearch<'a> {
+    sought: &'a [RangeGoal],
     found: Vec<Range>,
-    /// The width that rounding leaves the enclosure of an instant.
+    /// The width of an instant's enclosure due to rounding.
     rounding: Vec<f64>,
 }
 
-impl Search<'_> {
-    /// Takes what functions are at an instant.
-    fn reach(&mut self, time: f64, values: &[Interval]) {
+impl RangeSearch<'_> {
+    /// Includes the values of functions at an instant.
+    fn include_instant(&mut self, time: f64, values: &[Interval]) {
         for ((range, value), rounding) in self.found.iter_mut().zip(values).zip(&mut self.rounding) {
             if value.width().is_finite() {
                 *rounding = rounding.max(value.width());
             }
-            // The value lies between the ends of its interval, so the far end is not reached for certain.
+            // The value is between the ends of its interval, so only the near end is certainly reached.
             if value.low > range.greatest.reached {
                 (range.greatest.reached, range.greatest.time) = (value.low, time);
             }
@@ -147,29 +149,29 @@ impl Search<'_> {
         }
     }
 
-    /// The parts with what holds the functions on them; their middles are reached.
-    fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<Part> {
+    /// Subintervals with their enclosures; the values at their middles count as reached.
+    fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<SpanPart> {
         let all = in_parallel(spans, threads(), |span| (span, enclose(span)));
         let part = |(span, Enclosed { over, middle }): (Interval, Enclosed)| {
-            self.reach(span.middle(), &middle);
-            Part { span, held: over }
+            self.include_instant(span.middle(), &middle);
+            SpanPart { span, held: over }
         };
         all.into_iter().map(part).collect()
     }
 
-    /// Divides parts, all of a size before any that is smaller, until nothing is left to divide for the aim or so many
-    /// enclosures are used; `beyond`: where a function leaves what is enough.
+    /// Divides subintervals, larger ones first, until the aim needs no division or the number of enclosures is used up; `beyond`:
+    /// this number where a function exceeds `enough`.
     fn divided(
         &mut self,
-        parts: Vec<Part>,
-        aim: Aim,
+        parts: Vec<SpanPart>,
+        aim: SubdivisionGoal,
         enclosures: usize,
         beyond: usize,
         enclose: &(impl Fn(Interval) -> Enclosed + Sync),
-    ) -> Vec<Part> {
+    ) -> Vec<SpanPart> {
         let (mut done, mut used, mut left) = (vec![], 0, parts);
         while !left.is_empty() {
-            let (mut settled, open): (Vec<Part>, Vec<Part>) =
+            let (mut settled, open): (Vec<SpanPart>, Vec<SpanPart>) =
                 left.into_iter().partition(|part| self.is_done(part, aim));
             done.append(&mut settled);
             used += 2 * open.len();
@@ -178,6 +180,7 @@ impl Search<'_> {
                 done.extend(open);
                 break;
             }
+            // halves, enclosed in parallel; interrupted work keeps the subintervals undivided
             left = Vec::with_capacity(2 * open.len());
             let mut open = open.into_iter();
             while !open.as_slice().is_empty() {
@@ -186,7 +189,7 @@ impl Search<'_> {
                     done.extend(some);
                     continue;
                 }
-                let halves = |part: Part| {
+                let halves = |part: SpanPart| {
                     let (span, middle) = (part.span, part.span.middle());
                     [Interval::new(span.low, middle), Interval::new(middle, span.high)]
                 };
@@ -196,25 +199,25 @@ impl Search<'_> {
         done
     }
 
-    /// Whether a part needs no division, or has none.
-    fn is_done(&self, part: &Part, aim: Aim) -> bool {
+    /// Whether a subinterval needs no division, or cannot be divided.
+    fn is_done(&self, part: &SpanPart, aim: SubdivisionGoal) -> bool {
         let middle = part.span.middle();
         let is_point = middle <= part.span.low || middle >= part.span.high;
         let mut all = part.held.iter().zip(&self.found).zip(self.sought.iter().zip(&self.rounding));
         is_point
             || all.all(|((held, range), (sought, least))| {
-                // Nearer than rounding no division comes.
-                let tolerance = sought.tolerance.max(ROUNDINGS * least);
-                let enough = if aim == Aim::Within { sought.enough } else { f64::NEG_INFINITY };
+                // A division does not get below rounding.
+                let tolerance = sought.tolerance.max(ROUNDING_WIDTHS * least);
+                let enough = if aim == SubdivisionGoal::Within { sought.enough } else { f64::NEG_INFINITY };
                 held.high <= (range.greatest.reached + tolerance).max(enough)
                     && held.low >= (range.least.reached - tolerance).min(-enough)
             })
     }
 
-    /// Whether a function is seen to leave what is enough.
+    /// Whether a function is known to exceed `enough`.
     fn is_beyond(&self) -> bool {
         let is_beyond =
-            |(range, s): (&Range, &Sought)| range.greatest.reached > s.enough || range.least.reached < -s.enough;
+            |(range, s): (&Range, &RangeGoal)| range.greatest.reached > s.enough || range.least.reached < -s.enough;
         self.found.iter().zip(self.sought).any(is_beyond)
     }
 }
@@ -226,7 +229,7 @@ mod tests {
     use super::*;
     use crate::jet::Jet;
 
-    /// On the part and at its middle.
+    /// On the subinterval and at its middle.
     fn both(on: impl Fn(Interval) -> Vec<Interval>, part: Interval) -> Enclosed {
         Enclosed { over: on(part), middle: on(Interval::point(part.middle())) }
     }
@@ -247,8 +250,8 @@ mod tests {
 
     #[test]
     fn ends_are_found_and_proved() {
-        let found = ranges(SPAN, of(100_000, 0), &[Sought::to(1e-9); 2], |part| both(on, part));
-        // t sin t: greatest at t = 2.028757838 (tan t = -t), least at t = 4.913180439.
+        let found = ranges(SPAN, of(100_000, 0), &[RangeGoal::to(1e-9); 2], |part| both(on, part));
+        // t sin t: largest at t = 2.028757838 (tan t = -t), smallest at t = 4.913180439.
         let (greatest, least) = (found[0].greatest, found[0].least);
         assert!((greatest.reached - 1.819705741).abs() < 1e-8 && (greatest.time.abs() - 2.028757838).abs() < 1e-3);
         assert!((least.reached + 4.814469889).abs() < 1e-8 && (least.time - 4.913180439).abs() < 1e-3);
@@ -257,17 +260,17 @@ mod tests {
         assert!((found[1].greatest.reached - 36.0).abs() < 1e-12 && found[1].least.reached < 1e-9);
     }
 
-    /// A tolerance below the rounding of the values is no reason to divide until the budget ends.
+    /// A tolerance below the rounding of the values does not use up all enclosures.
     #[test]
     fn values_far_beyond_their_tolerance_end_soon() {
         let count = AtomicUsize::new(0);
         let large = |part: Interval| {
             count.fetch_add(1, Ordering::Relaxed);
-            // A difference of large numbers, as in a blend of a microsecond, leaves their rounding.
+            // A difference of large numbers, as in a blend of a microsecond, keeps their rounding.
             let [far, near] = [1e15, -1e15].map(Interval::point);
             on(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };
-        let found = ranges(SPAN, of(100_000, 0), &[Sought::to(1e-9); 2], |part| both(large, part));
+        let found = ranges(SPAN, of(100_000, 0), &[RangeGoal::to(1e-9); 2], |part| both(large, part));
         assert!((found[0].greatest.proved / 1.819705741e5 - 1.0).abs() < 1e-4, "{found:?}");
         assert!(count.into_inner() < 10_000);
     }
@@ -276,14 +279,14 @@ mod tests {
     fn what_is_enough_costs_few_parts() {
         let counted = |enough: f64, subdivision: Subdivision| {
             let count = AtomicUsize::new(0);
-            let sought = [Sought { tolerance: 1e-9, enough }, Sought { tolerance: 1.0, enough: 40.0 }];
+            let sought = [RangeGoal { tolerance: 1e-9, enough }, RangeGoal { tolerance: 1.0, enough: 40.0 }];
             let counting = |part: Interval| {
                 count.fetch_add(1, Ordering::Relaxed);
                 both(on, part)
             };
             (ranges(SPAN, subdivision, &sought, counting)[0], count.into_inner())
         };
-        // The least is -4.81447, the greatest 1.81971.
+        // The smallest value is -4.81447, the largest 1.81971.
         let is_exact = |range: Range| {
             (range.least.proved + 4.814469889).abs() < 1e-8 && (range.greatest.proved - 1.819705741).abs() < 1e-8
         };
@@ -292,15 +295,15 @@ mod tests {
         let (exact, many) = counted(4.9, of(100_000, 100_000));
         assert!(is_exact(exact) && many > 2 * few, "{many} {few}");
         assert!(is_exact(counted(4.8, of(100_000, 100_000)).0));
-        // What leaves it is not divided by what was meant for proofs that it stays within: nine instants and eight parts to begin
-        // with, and eight enclosures.
+        // A function that exceeds `enough` does not use the enclosures for proofs that it stays within: nine instants and eight
+        // subintervals at the start, and eight enclosures.
         let (beyond, fewest) = counted(4.8, of(8, 100_000));
         assert!(beyond.least.proved <= -4.814469889 && !is_exact(beyond) && fewest <= 25, "{fewest}");
     }
 
     #[test]
     fn what_is_left_at_the_end_of_the_budget_is_still_bounded() {
-        let found = ranges(SPAN, of(8, 0), &[Sought::to(1e-9); 2], |part| both(on, part));
+        let found = ranges(SPAN, of(8, 0), &[RangeGoal::to(1e-9); 2], |part| both(on, part));
         assert!(found[0].greatest.proved >= 1.819705741 && found[0].least.proved <= -4.814469889);
         assert!(found[0].greatest.reached <= 1.819705742);
     }

@@ -1,9 +1,9 @@
 //! Householder reflections that annihilate a block of rows below a triangle, four at a time.
 //!
 //! v_k = [e_k (R_kk - beta_k); x_k], beta_k = -sign(R_kk) sqrt(R_kk^2 + |x_k|^2), H_k = I - v_k v_k' / (beta_k (beta_k - R_kk)).
-//! Four of them are one update of the columns behind them [Schreiber, Van Loan 1989]: H_4 H_3 H_2 H_1 = I - V T' V', T upper
-//! triangular, T_kk = 1 / (beta_k (beta_k - R_kk)), T_ik = -T_kk sum_l T_il x_l . x_k. A column is read twice and written once for
-//! four reflections. The v_k stay where the annihilated columns stood: nobody reads those again.
+//! Four of them are one update of the columns after them [Schreiber, Van Loan 1989]: H_4 H_3 H_2 H_1 = I - V T' V', T upper
+//! triangular, T_kk = 1 / (beta_k (beta_k - R_kk)), T_ik = -T_kk sum_l T_il x_l . x_k. A column is read twice and written once
+//! for four reflections. The v_k overwrite the annihilated columns, which are not read again.
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
@@ -13,10 +13,10 @@
 //!
 //! This file also forms the products of the columns with one another, W'W, and their combinations W M, which need no triangle.
 //!
-//! On every processor a sum runs in four parts, with rows 4 i + l in part l; a norm runs in eight. Where there are AVX2
-//! and FMA, the parts are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound
-//! because only `reflect_fused`, `add_products_fused` and `combine_fused` use the registers. These are compiled for AVX2 and FMA, and
-//! called where the processor has them.
+//! On every processor a sum runs in four lanes, with rows 4 i + l in lane l; a norm runs in eight. With AVX2 and FMA, the lanes
+//! are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound because only
+//! `reflect_fused`, `add_products_fused` and `combine_fused` use the registers. These are compiled for AVX2 and FMA, and called
+//! where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -24,26 +24,27 @@ use generated::Eight;
 
 use crate::row_block::RowBlock;
 
-/// A column whose squares add up to less counts as zero, because the reciprocal would be infinite. The filtered sign of
-/// a joint that came to rest decays so far.
+/// A column with a smaller sum of squares counts as zero, because the reciprocal would be infinite. The filtered sign of a joint
+/// at rest decays to this size.
 const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 
-/// The places of columns in the triangle and in the rows.
+/// The positions of columns in the triangle and in the rows.
 #[derive(Clone, Copy)]
-pub struct Columns<'a> {
+pub struct ColumnPlaces<'a> {
     /// Rows and columns of R, in the order of elimination.
     pub index: &'a [usize],
     /// Entries of the rows, one per column.
     pub places: &'a [usize],
 }
 
-/// Annihilates the rows of `block` under the triangle `r`, entry (i, j) at j n + i. The block's entries at `places` are lost.
-pub(crate) fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut RowBlock) {
+/// Annihilates the rows of `block` under the triangle `r`, entry (i, j) at j n + i. The block's entries at `places` are
+/// overwritten.
+pub(crate) fn reflect(r: &mut [f64], n: usize, columns: ColumnPlaces, block: &mut RowBlock) {
     let stride = block.stride();
-    let rows = Rows { numbers: block.numbers(), stride };
+    let rows = RowGroups { numbers: block.numbers(), stride };
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        // SAFETY: the processor has what `reflect_fused` is compiled for.
+        // SAFETY: the processor has the features that `reflect_fused` is compiled for.
         return unsafe { reflect_fused(r, n, columns, rows) };
     }
     reflect_with::<[f64; 4]>(r, n, columns, rows);
@@ -51,18 +52,18 @@ pub(crate) fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut Row
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn reflect_fused(r: &mut [f64], n: usize, columns: Columns, rows: Rows) {
+fn reflect_fused(r: &mut [f64], n: usize, columns: ColumnPlaces, rows: RowGroups) {
     reflect_with::<Register>(r, n, columns, rows);
 }
 
-/// Adds the products of the columns at `places` with one another over the rows of `block` to `products`, m x m, (i, j) with
-/// i <= j at j m + i.
+/// Adds the products of the columns at `places` with one another over the rows of `block` to `products`, m x m, (i, j) with i <=
+/// j at j m + i.
 pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock) {
     let stride = block.stride();
-    let rows = Rows { numbers: block.numbers(), stride };
+    let rows = RowGroups { numbers: block.numbers(), stride };
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        // SAFETY: the processor has what `add_products_fused` is compiled for.
+        // SAFETY: the processor has the features that `add_products_fused` is compiled for.
         return unsafe { add_products_fused(products, places, rows) };
     }
     add_products_with::<[f64; 4]>(products, places, rows);
@@ -70,18 +71,18 @@ pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn add_products_fused(products: &mut [f64], places: &[usize], rows: Rows) {
+fn add_products_fused(products: &mut [f64], places: &[usize], rows: RowGroups) {
     add_products_with::<Register>(products, places, rows);
 }
 
-/// Writes into the m columns behind the first m of a block their combinations by `factors`: column m + b becomes the sum over
-/// a of factors\[b m + a\] times column a.
+/// Writes linear combinations of the first m columns of a block into its next m columns: column m + b becomes the sum over a of
+/// factors\[b m + a\] times column a.
 pub fn combine(factors: &[f64], m: usize, block: &mut RowBlock) {
     let stride = block.stride();
-    let rows = Rows { numbers: block.numbers(), stride };
+    let rows = RowGroups { numbers: block.numbers(), stride };
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        // SAFETY: the processor has what `combine_fused` is compiled for.
+        // SAFETY: the processor has the features that `combine_fused` is compiled for.
         return unsafe { combine_fused(factors, m, rows) };
     }
     combine_with::<[f64; 4]>(factors, m, rows);
@@ -89,12 +90,12 @@ pub fn combine(factors: &[f64], m: usize, block: &mut RowBlock) {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn combine_fused(factors: &[f64], m: usize, rows: Rows) {
+fn combine_fused(factors: &[f64], m: usize, rows: RowGroups) {
     combine_with::<Register>(factors, m, rows);
 }
 
 /// Groups of eight rows.
-struct Rows<'a> {
+struct RowGroups<'a> {
     numbers: &'a mut [Eight],
     stride: usize,
 }
@@ -168,7 +169,7 @@ fn sum(x: impl Four) -> f64 {
 
 /// x_a . y_b.
 #[inline(always)]
-fn dots<V: Four, const X: usize, const Y: usize>(rows: &Rows, x: [usize; X], y: [usize; Y]) -> [[f64; X]; Y] {
+fn dots<V: Four, const X: usize, const Y: usize>(rows: &RowGroups, x: [usize; X], y: [usize; Y]) -> [[f64; X]; Y] {
     let mut sums = [[V::splat(0.0); X]; Y];
     for group in rows.numbers.chunks_exact(rows.stride) {
         for half in 0..2 {
@@ -189,9 +190,9 @@ fn dots<V: Four, const X: usize, const Y: usize>(rows: &Rows, x: [usize; X], y: 
     dots
 }
 
-/// x . x, with a sum for each half of eight rows, because the additions of one sum would wait for each other.
+/// x . x, with one sum for each half of eight rows, because the additions of a single sum would wait for each other.
 #[inline(always)]
-fn square<V: Four>(rows: &Rows, x: usize) -> f64 {
+fn square<V: Four>(rows: &RowGroups, x: usize) -> f64 {
     let mut sums = [V::splat(0.0); 2];
     for group in rows.numbers.chunks_exact(rows.stride) {
         for half in 0..2 {
@@ -204,7 +205,12 @@ fn square<V: Four>(rows: &Rows, x: usize) -> f64 {
 
 /// y_b -= sum_a f_ba x_a.
 #[inline(always)]
-fn subtract<V: Four, const X: usize, const Y: usize>(rows: &mut Rows, x: [usize; X], y: [usize; Y], f: [[f64; X]; Y]) {
+fn subtract<V: Four, const X: usize, const Y: usize>(
+    rows: &mut RowGroups,
+    x: [usize; X],
+    y: [usize; Y],
+    f: [[f64; X]; Y],
+) {
     let mut factors = [[V::splat(0.0); X]; Y];
     for b in 0..Y {
         for a in 0..X {
@@ -225,14 +231,14 @@ fn subtract<V: Four, const X: usize, const Y: usize>(rows: &mut Rows, x: [usize;
 }
 
 #[inline(always)]
-fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Rows) {
-    let Columns { index, places } = columns;
+fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut rows: RowGroups) {
+    let ColumnPlaces { index, places } = columns;
     let at = |i: usize, j: usize| index[j] * n + index[i];
     let m = places.len();
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
-        // Four reflections, each applied to those of the four columns that come after it.
+        // Four reflections, each applied to the later ones of the four columns.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
@@ -263,7 +269,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
                 t[i][k] = -t[k][k] * (i..k).map(|l| t[i][l] * products[l]).sum::<f64>();
             }
         }
-        // All four at once on the columns behind them, two columns at a time.
+        // All four at once on the columns after them, two columns at a time.
         let four = Reflections { lead, t, x };
         let mut j = first + 4;
         while j + 1 < m {
@@ -277,9 +283,9 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
 }
 
 #[inline(always)]
-fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows) {
+fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: RowGroups) {
     let m = places.len();
-    // Past the last column, the last one is taken again and the result is not read.
+    // Beyond the last column, the last one is used again and the result is not read.
     let at = |k: usize| places[k.min(m - 1)];
     for i in (0..m).step_by(4) {
         for j in (i..m).step_by(2) {
@@ -292,12 +298,12 @@ fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows
 }
 
 #[inline(always)]
-fn combine_with<V: Four>(factors: &[f64], m: usize, rows: Rows) {
+fn combine_with<V: Four>(factors: &[f64], m: usize, rows: RowGroups) {
     for group in rows.numbers.chunks_exact_mut(rows.stride) {
         let (columns, combined) = group.split_at_mut(m);
         let mut b = 0;
         while b < m {
-            // Four combinations at a time, the last ones alone.
+            // Four combinations at a time, the last ones singly.
             let width = if b + 4 <= m { 4 } else { 1 };
             match width {
                 4 => combined_columns::<V, 4>(&factors[b * m..], columns, &mut combined[b..]),
@@ -329,11 +335,11 @@ fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight],
     }
 }
 
-/// Applies one reflection, its lead, factor and column, to columns of the triangle and of the rows.
+/// Applies one reflection, given by its lead, factor and column, to columns of the triangle and of the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
     r: &mut [f64],
-    rows: &mut Rows,
+    rows: &mut RowGroups,
     (lead, factor, x): (f64, f64, usize),
     columns: [(usize, usize); Y],
 ) {
@@ -359,13 +365,13 @@ struct Reflections {
 }
 
 impl Reflections {
-    /// Applies them to the columns `y` of the rows, and to the triangle above them: `top(k, b)` is the place of its
-    /// entry for reflection k and column b of `y`.
+    /// Applies them to the columns `y` of the rows, and to the triangle above them: `top(k, b)` is the index of its entry for
+    /// reflection k and column b of `y`.
     #[inline(always)]
     fn apply<V: Four, const Y: usize>(
         &self,
         r: &mut [f64],
-        rows: &mut Rows,
+        rows: &mut RowGroups,
         top: impl Fn(usize, usize) -> usize,
         y: [usize; Y],
     ) {
@@ -390,7 +396,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// Combinations of seven columns, by registers and without.
+    /// Combinations of seven columns, with and without registers.
     #[test]
     fn combinations_of_columns() {
         let (m, mut random) = (7, Random::new(6));
@@ -401,7 +407,7 @@ mod tests {
         let mut plain = block.clone();
         combine(&factors, m, &mut block);
         let stride = plain.stride();
-        combine_with::<[f64; 4]>(&factors, m, Rows { numbers: plain.numbers(), stride });
+        combine_with::<[f64; 4]>(&factors, m, RowGroups { numbers: plain.numbers(), stride });
         for (r, row) in rows.iter().enumerate() {
             for b in 0..m {
                 let sum: f64 = (0..m).map(|a| factors[b * m + a] * row[a]).sum();
@@ -413,7 +419,7 @@ mod tests {
         }
     }
 
-    /// Eleven columns, a zero one among them, twice 128 rows: R'R = W'W, by registers and without.
+    /// Eleven columns, a zero column among them, twice 128 rows: R'R = W'W, with and without registers.
     #[test]
     fn the_products_of_the_rows_are_kept() {
         let (m, places): (usize, Vec<usize>) = (11, vec![3, 4, 5, 0, 1, 2, 12, 11, 10, 9, 8]);
@@ -433,12 +439,12 @@ mod tests {
             }
             let mut plain = block.clone();
             add_products(&mut sums[0], &places, &mut plain);
-            let rows = Rows { stride: plain.stride(), numbers: plain.numbers() };
+            let rows = RowGroups { stride: plain.stride(), numbers: plain.numbers() };
             add_products_with::<[f64; 4]>(&mut sums[1], &places, rows);
-            let columns = Columns { index: &index, places: &places };
+            let columns = ColumnPlaces { index: &index, places: &places };
             reflect(&mut triangles[0], m, columns, &mut block);
             let stride = plain.stride();
-            let rows = Rows { numbers: plain.numbers(), stride };
+            let rows = RowGroups { numbers: plain.numbers(), stride };
             reflect_with::<[f64; 4]>(&mut triangles[1], m, columns, rows);
         }
         for (sums, (k, product)) in sums.iter().flat_map(|sums| products.iter().enumerate().map(move |p| (sums, p))) {

@@ -1,11 +1,11 @@
-//! Rows on their way into a triangle, eight abreast: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride + k.
+//! Rows for a triangle, eight in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride + k.
 //!
-//! A block stays in the first-level cache while a triangle takes it up. The stride is odd, so that the groups of a column
-//! do not fall into one set of the cache.
+//! A block stays in the first-level cache while a triangle folds it in. The stride is odd, so that the groups of a column do not
+//! fall into one set of the cache.
 
 use generated::Eight;
 
-/// Rows of one block. A triangle is updated once a block.
+/// Rows of one block. A triangle is updated once per block.
 pub const BLOCK_ROWS: usize = 128;
 
 /// Up to [`BLOCK_ROWS`] rows of some entries.
@@ -13,12 +13,12 @@ pub const BLOCK_ROWS: usize = 128;
 pub struct RowBlock {
     stride: usize,
     numbers: Vec<Eight>,
-    /// Rows that are filled. Those beyond them in the last group of eight are zero.
+    /// Filled rows. The rows beyond them in the last group of eight are zero.
     pub rows: usize,
 }
 
 impl RowBlock {
-    /// No row yet, with this many entries a row.
+    /// A block without rows, with this number of entries per row.
     pub fn new(entries: usize) -> RowBlock {
         let stride = entries | 1;
         RowBlock { stride, numbers: vec![Eight::default(); stride * BLOCK_ROWS / 8], rows: 0 }
@@ -36,13 +36,13 @@ impl RowBlock {
         self.stride
     }
 
-    /// The entries of the eight rows from 8 g on.
+    /// The entries of eight rows from row 8 g.
     #[inline]
     pub fn group(&mut self, g: usize) -> &mut [Eight] {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
-    /// The entries of the eight rows from `row` on, a multiple of eight.
+    /// The entries of eight rows from `row`, a multiple of eight.
     #[inline]
     pub fn rows_from(&self, row: usize) -> &[Eight] {
         &self.numbers[row / 8 * self.stride..][..self.stride]
@@ -69,14 +69,14 @@ impl RowBlock {
         self.rows += 1;
     }
 
-    /// Appends eight rows, whose entries are to be filled; the block must be of whole eights and not full.
+    /// Appends eight rows and returns their entries for filling; the rows must be a multiple of eight, and the block not full.
     #[inline]
     pub fn push_eight(&mut self) -> &mut [Eight] {
         self.rows += 8;
         self.group(self.rows / 8 - 1)
     }
 
-    /// Whether no further row has room.
+    /// Whether the block has no room for a further row.
     #[inline]
     pub fn is_full(&self) -> bool {
         self.rows == BLOCK_ROWS

@@ -1,51 +1,60 @@
-//! Student's t distribution, of an error whose deviation is itself estimated, and Fisher's F, of several such errors.
+//! Student's t distribution, of an error over its estimated standard deviation, and Fisher's F, of several such errors.
 //!
 //! P(|T| > t) = I_x(nu/2, 1/2), x = nu / (nu + t^2) [Abramowitz, Stegun 1964, 26.7.1], with the incomplete beta function
 //! as a continued fraction [Abramowitz, Stegun 1964, 26.5.8].
 
-/// With more degrees of freedom t cannot be told from the normal distribution.
+/// With more degrees of freedom t is indistinguishable from the normal distribution.
 const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
+/// Bound of squares, below the overflow of f64.
+const MAX_SQUARE: f64 = 1e300;
+/// Upper bound of a quantile.
+const MAX_QUANTILE: f64 = 1e12;
+/// Halvings of an interval, which exhaust the digits of f64.
+const BISECTIONS: usize = 60;
+/// Terms of the continued fraction, and the relative change at which it ends.
+const MAX_TERMS: i32 = 5000;
+const FRACTION_TOLERANCE: f64 = 1e-15;
 
-/// The probability that |T| exceeds `t` for `freedom` degrees of freedom; 1 where there is none.
+/// The probability that |T| exceeds `t` for `freedom` degrees of freedom; 1 for none.
 pub fn two_sided(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return 1.0;
     }
-    let (nu, square) = (freedom.min(MAX_DEGREES_OF_FREEDOM), (t * t).min(1e300));
+    let (nu, square) = (freedom.min(MAX_DEGREES_OF_FREEDOM), (t * t).min(MAX_SQUARE));
     let sum = nu + square;
     incomplete_beta(0.5 * nu, 0.5, nu / sum, square / sum)
 }
 
-/// The t that |T| exceeds with probability `alpha`; infinite where there is no degree of freedom.
-pub fn reach(alpha: f64, freedom: f64) -> f64 {
+/// The quantile: the t that |T| exceeds with probability `alpha`; infinite for no degree of freedom.
+pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return f64::INFINITY;
     }
     let mut high = 1.0;
-    while two_sided(high, freedom) > alpha && high < 1e12 {
+    while two_sided(high, freedom) > alpha && high < MAX_QUANTILE {
         high *= 2.0;
     }
     let mut low = 0.0;
-    // Each step halves the interval: sixty leave nothing of it.
-    for _ in 0..60 {
+    // Each step halves the interval.
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if two_sided(middle, freedom) > alpha { low = middle } else { high = middle }
     }
     high
 }
 
-/// The probability that F exceeds `f` for m and n degrees of freedom, I_x(n/2, m/2) with x = n / (n + m f)
-/// [Abramowitz, Stegun 1964, 26.6.2]; 1 where there is none.
+/// The probability that F exceeds `f` for m and n degrees of freedom, I_x(n/2, m/2) with x = n / (n + m f) [Abramowitz, Stegun
+/// 1964, 26.6.2]; 1 where m or n is not positive.
 pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
     if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
         return 1.0;
     }
     let n = n.min(MAX_DEGREES_OF_FREEDOM);
-    let above = (m * f).min(1e300);
+    let above = (m * f).min(MAX_SQUARE);
     incomplete_beta(0.5 * n, 0.5 * m, n / (n + above), above / (n + above))
 }
 
-/// I_x(a, b); `rest` is 1 - x, to the last digit where x is near 1.
+/// I_x(a, b); `rest` is 1 - x, with full accuracy where x is near 1.
 fn incomplete_beta(a: f64, b: f64, x: f64, rest: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -65,7 +74,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64, rest: f64) -> f64 {
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     const SMALLEST_DENOMINATOR: f64 = 1e-300;
     let (mut value, mut above, mut below) = (1.0_f64, 1.0_f64, 0.0_f64);
-    for k in 1..5000 {
+    for k in 1..MAX_TERMS {
         let m = f64::from(k / 2);
         let d = match k % 2 {
             0 => m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
@@ -75,7 +84,7 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
         above = nonzero(1.0 + d / above, SMALLEST_DENOMINATOR);
         let change = above * below;
         value *= change;
-        if (change - 1.0).abs() < 1e-15 {
+        if (change - 1.0).abs() < FRACTION_TOLERANCE {
             break;
         }
     }
@@ -119,9 +128,9 @@ mod tests {
     #[test]
     fn reach_is_the_inverse() {
         for (freedom, t) in [(1.0, 12.7062), (15.0, 2.13145), (1e9, 1.95996)] {
-            assert!((reach(0.05, freedom) - t).abs() < 2e-4, "{freedom}");
+            assert!((two_sided_quantile(0.05, freedom) - t).abs() < 2e-4, "{freedom}");
         }
         assert!(two_sided(30.0, 15.0) < 1e-13 && two_sided(30.0, 15.0) > 0.0);
-        assert_eq!(reach(0.05, 0.0), f64::INFINITY);
+        assert_eq!(two_sided_quantile(0.05, 0.0), f64::INFINITY);
     }
 }

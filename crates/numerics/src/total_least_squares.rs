@@ -1,12 +1,11 @@
-//! Mixed least squares and total least squares: some columns are exact, others hold noise.
+//! Mixed least squares and total least squares: some columns are exact, others noisy.
 //!
-//! [W_1 | W_2] [X_1; X_2] = y, W_1 exact, W_2 and y noisy. QR takes the exact columns out. [R_22 S, r_2] remains,
-//! S = diag(s) the scaling; the right singular vector of its smallest singular value gives X_2, and X_1 follows by
-//! back substitution [Golub, Van Loan 1980; Van Huffel,
-//! Vandewalle 1991, 3.6].
+//! [W_1 | W_2] [X_1; X_2] = y, W_1 exact, W_2 and y noisy. QR eliminates the exact columns. [R_22 S, r_2] remains, S = diag(s)
+//! the scaling; the right singular vector of its smallest singular value gives X_2, and X_1 follows by back substitution [Golub,
+//! Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
 //!
-//! The scaling matters: each noisy column is divided by the standard deviation that its noise has
-//! relative to that of y after projection. Unscaled columns of unlike noise give biased results.
+//! The scaling matters: each noisy column is divided by the ratio of the standard deviation of its noise to that of y after
+//! projection. Unscaled columns with different noise give biased results.
 
 use nalgebra::DMatrix;
 
@@ -16,17 +15,21 @@ use crate::triangle::{Triangle, select};
 /// The mixed solution.
 #[derive(Clone, Debug)]
 pub struct TotalLeastSquares {
-    /// In the order of the triangle's columns.
+    /// Parameters, in the order of the triangle's columns.
     pub x: Vec<f64>,
-    /// Singular values of the noisy part, largest first. The last one is the noise. Without a gap before it the answer
-    /// means nothing.
+    /// Singular values of the noisy part, largest first. The last one is the noise; without a gap before it the solution is
+    /// meaningless.
     pub singular_values: Vec<f64>,
 }
+/// Least entry of the right-hand side in the singular vector of a determined solution.
+const LEAST_SIDE_SHARE: f64 = 1e-9;
+/// An exact column depends on the others where its pivot is below this share of its norm.
+const DEPENDENT_COLUMN_SHARE: f64 = 1e-12;
 
-/// The mixed solution. `noisy`: the noisy columns, each with the deviation of its noise over that of the right-hand
-/// side.
+/// The mixed solution. `noisy`: the noisy columns, each with the ratio of the standard deviation of its noise to that of the
+/// right-hand side.
 ///
-/// Fails when nothing is noisy, when the exact columns are dependent, or when the data leave the answer open (the
+/// Fails when no column is noisy, when the exact columns are dependent, or when the data do not determine the solution (the
 /// direction of the smallest singular value does not contain the right-hand side).
 pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Result<TotalLeastSquares, Error> {
     let p = triangle.columns();
@@ -43,11 +46,11 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
     let svd = core.svd(false, true);
     let mut values: Vec<(f64, usize)> = svd.singular_values.iter().copied().zip(0..).collect();
     values.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let undetermined = || Error::new("total least squares: the data leave the noisy part open");
+    let undetermined = || Error::new("total least squares: the data do not determine the noisy part");
     let (Some(vt), Some(&(_, last))) = (svd.v_t.as_ref(), values.last()) else { return Err(undetermined()) };
     // The right singular vector of the smallest singular value, scaled to -1 for the right-hand side.
     let v = vt.row(last);
-    if v[b].abs() < 1e-9 {
+    if v[b].abs() < LEAST_SIDE_SHARE {
         return Err(undetermined());
     }
     let mut sorted: Vec<f64> = (0..b).map(|j| -v[j] * scale(j) / v[b]).collect();
@@ -57,7 +60,7 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
         let known: f64 = (i + 1..a).map(|j| t.at(i, j) * x1[j]).sum::<f64>()
             + (0..b).map(|j| t.at(i, a + j) * sorted[j]).sum::<f64>();
         let pivot = t.at(i, i);
-        if pivot.abs() <= 1e-12 * t.column_norm(i) {
+        if pivot.abs() <= DEPENDENT_COLUMN_SHARE * t.column_norm(i) {
             return Err(Error::new("total least squares: the exact columns depend on each other"));
         }
         x1[i] = (t.at(i, p) - known) / pivot;
@@ -91,7 +94,7 @@ mod tests {
         assert!((x[0] - 2.0).abs() < 1e-12 && (x[1] + 1.0).abs() < 1e-12, "{x:?}");
     }
 
-    /// Noise of half the column: least squares loses a fifth, the mixed solution nothing.
+    /// Noise of half the column: least squares loses a fifth of the parameter, the mixed solution nothing.
     #[test]
     fn a_noisy_column_is_not_shrunk() {
         let (mut ls, mut tls) = (0.0, 0.0);

@@ -1,45 +1,44 @@
-//! Streaming least squares: rows go into a triangle and are forgotten.
+//! Streaming least squares: rows are folded into a triangle and not kept.
 //!
-//! [W y] = Q [R z; 0 rho] for all rows seen so far. A block of rows is folded in by Householder reflections that annihilate
-//! it below R ([`reflection`](crate::reflection)). Triangles of parts merge by folding the rows of one into the
-//! other. [Golub, Van Loan 2013]
+//! [W y] = Q [R z; 0 rho] for all rows so far. A block of rows is folded in by Householder reflections that annihilate it below R
+//! ([`reflection`](crate::reflection)). Two triangles are merged by folding the rows of one into the other. [Golub, Van Loan
+//! 2013]
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
 //! | R, z, rho | `entries` | upper, column by column; of m columns m x m | the unit of y per unit of the parameter |
 //!
-//! A column that has held only zeros takes neither time nor memory: the torque of a joint depends on few of the parameters
-//! of a robot of many limbs. Weights are not here: the triangle of a joint is scaled as a
-//! whole when it is merged.
+//! A column that has held only zeros takes neither time nor memory: the torque of a joint depends on few of the parameters of a
+//! robot with many limbs. Weights are not here: the triangle of a joint is scaled as a whole when it is merged.
 
 use std::ops::Range;
 
-use crate::reflection::{Columns, reflect};
+use crate::reflection::{ColumnPlaces, reflect};
 use crate::row_block::RowBlock;
 
 /// The triangle of p columns and one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
     p: usize,
-    /// Columns that have held something other than zeros, ascending.
+    /// Columns that have had a non-zero entry, ascending.
     live: Vec<usize>,
-    /// Of each column its place among those, or [`NOT_LIVE`].
+    /// For each column its index among the live columns, or [`NOT_LIVE`].
     places: Vec<u32>,
     /// Entry (a, b) of the m live columns, a <= b < m, at b m + a.
     entries: Vec<f64>,
-    /// Rows folded in.
+    /// Number of rows folded in.
     pub rows: usize,
-    /// The square of what was measured less |y|^2, where a known part was taken out of it to make y; 0 as a rule.
+    /// The square of the measured signal minus |y|^2, where a known part was subtracted from it to give y; usually 0.
     pub taken_out: f64,
 }
 
-/// The place of a column that has held only zeros.
+/// The index of a column that has held only zeros.
 const NOT_LIVE: u32 = u32::MAX;
 
-/// A column depends on those before it where they leave less than this share of its norm, which is rounding.
+/// A column depends on the earlier ones where its pivot is below this share of its norm, which is rounding.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
-/// Rows on their way into a triangle.
+/// Rows that are being folded into a triangle.
 #[derive(Clone, Debug)]
 pub struct TriangleBuilder {
     triangle: Triangle,
@@ -47,7 +46,7 @@ pub struct TriangleBuilder {
 }
 
 impl TriangleBuilder {
-    /// No row yet, with `p` columns and a right-hand side.
+    /// A builder without rows, with `p` columns and a right-hand side.
     pub fn new(p: usize) -> TriangleBuilder {
         TriangleBuilder { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
     }
@@ -72,12 +71,12 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns. Their rows come in blocks that hold other entries too.
+/// The triangle of some of p columns. Their rows come in blocks with other entries too.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
     /// The columns, ascending.
     columns: Vec<usize>,
-    /// Places in a row of the entries of these columns, then of the right-hand side.
+    /// Indices in a row of the entries of these columns, then of the right-hand side.
     places: Vec<usize>,
     index: Vec<usize>,
     entries: Vec<f64>,
@@ -85,23 +84,23 @@ pub struct ColumnTriangle {
 }
 
 impl ColumnTriangle {
-    /// No row yet. `columns` ascend; `places` has their entries in a row, and that of the right-hand side.
+    /// No rows yet. `columns` ascend; `places` has the indices of their entries in a row, then of the right-hand side.
     pub fn new(columns: &[usize], places: &[usize]) -> ColumnTriangle {
         let m = places.len();
         let (columns, places, index) = (columns.to_vec(), places.to_vec(), (0..m).collect());
         ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    /// Folds the rows of a block in, of which `rows` are not zero. Its entries of these columns are lost.
+    /// Folds in the rows of a block, `rows` of them non-zero. The block's entries of these columns are overwritten.
     #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;
-        let columns = Columns { index: &self.index, places: &self.places };
+        let columns = ColumnPlaces { index: &self.index, places: &self.places };
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns, those without whose root mean square is at most `least`; columns beyond its end are
-    /// kept.
+    /// The triangle of all p columns, without columns of a root mean square of at most `least`; columns beyond the end of `least`
+    /// are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
@@ -111,7 +110,7 @@ impl ColumnTriangle {
             square > 0.0 && square <= self.rows as f64 * least * least
         };
         if (0..m).any(is_small) {
-            // The row of a column that goes holds a part of the others: they are folded anew.
+            // The row of a removed column holds a part of the others: they are folded again.
             let mut others = TriangleBuilder::new(p);
             for i in 0..m {
                 let mut row = vec![0.0; p + 1];
@@ -140,13 +139,13 @@ impl Triangle {
         Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0, taken_out: 0.0 }
     }
 
-    /// Bytes of a triangle with `p` columns of which `live` are not zero, with the right-hand side.
+    /// Bytes of a triangle with `p` columns, `live` of them non-zero, with the right-hand side.
     pub fn bytes(p: usize, live: usize) -> usize {
         let entries = live.saturating_mul(live).saturating_add(live).saturating_mul(size_of::<f64>());
         entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
     }
 
-    /// Makes room for these columns, ascending, of which those are some that are live; the others hold zeros.
+    /// Changes the live columns to these, ascending, which include the ones before; new ones hold zeros.
     fn set_live(&mut self, live: Vec<usize>) {
         let m = live.len();
         let before = std::mem::replace(&mut self.live, live);
@@ -162,7 +161,7 @@ impl Triangle {
         }
     }
 
-    /// The same of a right-hand side of which a known part was taken out: by how much its square is smaller for that.
+    /// The triangle with a right-hand side from which a known part was subtracted; `taken_out`: the decrease of its square.
     pub fn with_taken_out(self, taken_out: f64) -> Triangle {
         Triangle { taken_out, ..self }
     }
@@ -182,14 +181,14 @@ impl Triangle {
         }
     }
 
-    /// The columns that have held something other than zeros, ascending, p for the right-hand side.
+    /// The columns that have had a non-zero entry, ascending, p for the right-hand side.
     pub fn live(&self) -> Vec<usize> {
         self.live.clone()
     }
 
-    /// The triangle of `rows` rows with `p` columns, of which those in `live` (ascending, at most p) are not zero.
-    /// `numbers` has their entries, the upper part column by column. `None` where there are too few, or where `live`
-    /// does not ascend or has a column beyond p.
+    /// The triangle of `rows` rows with `p` columns, where the columns in `live` (ascending, at most p) are non-zero. `numbers`
+    /// has their entries, the upper part column by column. `None` where there are too few, or where `live` does not ascend or has
+    /// a column beyond p.
     pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
         let mut triangle = Triangle::new(p);
         let m = live.len();
@@ -205,7 +204,7 @@ impl Triangle {
         Some(triangle)
     }
 
-    /// Folds the rows of a block in and empties it. Its entries are the columns and the right-hand side.
+    /// Folds in the rows of a block and empties it. Its entries are the columns and the right-hand side.
     fn fold(&mut self, block: &mut RowBlock) {
         self.rows += block.rows;
         let stride = block.stride();
@@ -216,18 +215,18 @@ impl Triangle {
             self.set_live(live);
         }
         let index: Vec<usize> = (0..self.live.len()).collect();
-        reflect(&mut self.entries, self.live.len(), Columns { index: &index, places: &self.live }, block);
+        reflect(&mut self.entries, self.live.len(), ColumnPlaces { index: &index, places: &self.live }, block);
         block.rows = 0;
     }
 
-    /// The rows behind all of `parts`, each of `p` columns.
+    /// The triangle of the rows of all `parts`, each of `p` columns.
     pub fn sum<'a>(p: usize, parts: impl IntoIterator<Item = &'a Triangle>) -> Triangle {
         let mut sum = Triangle::new(p);
         parts.into_iter().for_each(|part| sum.merge(part, 1.0));
         sum
     }
 
-    /// Adds the rows behind another triangle, each multiplied by `weight`.
+    /// Adds the rows of another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);
         self.taken_out += weight * weight * other.taken_out;
@@ -246,7 +245,7 @@ impl Triangle {
         self.rows = rows;
     }
 
-    /// The square of what was measured, which is |y|^2 as a rule, and |W x - y|^2 of the rows behind the triangle.
+    /// The square of the measured signal, usually |y|^2, and |W x - y|^2 over the rows of the triangle.
     pub fn squares(&self, x: &[f64]) -> (f64, f64) {
         let p = self.p;
         let mut total = self.taken_out;
@@ -260,28 +259,28 @@ impl Triangle {
         (total, residual)
     }
 
-    /// The least-squares solution x; zero for a column that depends on those before it.
+    /// The least-squares solution x; zero for a column that depends on the earlier ones.
     pub fn solution(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
-        for i in (0..self.p).rev().filter(|&i| self.tells(i)) {
+        for i in (0..self.p).rev().filter(|&i| self.has_information(i)) {
             let tail: f64 = (i + 1..self.p).map(|j| self.at(i, j) * x[j]).sum();
             x[i] = (self.at(i, self.p) - tail) / self.at(i, i);
         }
         x
     }
 
-    /// Whether a column does not depend on those before it.
-    fn tells(&self, c: usize) -> bool {
+    /// Whether a column is independent of the earlier ones.
+    fn has_information(&self, c: usize) -> bool {
         self.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * self.column_norm(c)
     }
 
-    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on those before it is left out
-    /// and has zero.
+    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on the earlier ones is left out and has
+    /// zero.
     pub fn inverse_products(&self, rows: Range<usize>) -> Vec<f64> {
-        let tell: Vec<usize> = (rows.start..self.p).filter(|&c| self.tells(c)).collect();
+        let informative: Vec<usize> = (rows.start..self.p).filter(|&c| self.has_information(c)).collect();
         let of_row = |k: usize| {
             let mut row = vec![0.0; self.p];
-            for &j in tell.iter().skip_while(|&&j| j < k) {
+            for &j in informative.iter().skip_while(|&&j| j < k) {
                 let before: f64 = (k..j).map(|i| row[i] * self.at(i, j)).sum();
                 row[j] = (if j == k { 1.0 } else { 0.0 } - before) / self.at(j, j);
             }
@@ -372,7 +371,7 @@ mod tests {
         }
     }
 
-    /// R'R = W'W for the rows and the right-hand side: nothing of the least-squares problem is lost.
+    /// R'R = W'W for the rows and the right-hand side: the triangle keeps all of the least-squares problem.
     #[test]
     fn the_triangle_has_the_products_of_the_rows() {
         let p = 7;
@@ -402,7 +401,7 @@ mod tests {
         for (a, b) in [(&whole, &merged), (&triangle(&scaled, p), &weighed)] {
             for j in 0..=p {
                 for i in 0..=j {
-                    // The rows of a triangle are free up to a sign; these have the same history of pivots.
+                    // The rows of a triangle are unique up to a sign; these have the same history of pivots.
                     assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-11);
                 }
             }
@@ -415,17 +414,20 @@ mod tests {
         assert_eq!(whole.column_norm(2), 0.0);
     }
 
-    /// The inverse of R'R is that of a linear system; the void column has no part in it.
+    /// The inverse of R'R equals the solution of a linear system; the empty column is not in it.
     #[test]
     fn products_of_the_inverse_are_those_of_the_normal_equations() {
         let found = triangle(&rows(4, 300, 6), 6);
-        let told = [0, 1, 3, 4, 5];
-        let product =
-            |a: usize, b: usize| (0..=told[a].min(told[b])).map(|k| found.at(k, told[a]) * found.at(k, told[b])).sum();
+        let determined = [0, 1, 3, 4, 5];
+        let product = |a: usize, b: usize| {
+            (0..=determined[a].min(determined[b]))
+                .map(|k| found.at(k, determined[a]) * found.at(k, determined[b]))
+                .sum()
+        };
         let inverse: nalgebra::DMatrix<f64> = nalgebra::DMatrix::from_fn(5, 5, product).try_inverse().unwrap();
         assert_eq!(found.inverse_products(2..3), [0.0]);
-        for (a, &c) in told.iter().enumerate() {
-            // The condition of 300 random rows is below ten: a few eps.
+        for (a, &c) in determined.iter().enumerate() {
+            // The condition number of 300 random rows is below ten: a few eps.
             assert!((found.inverse_products(c..6)[0] / inverse[(a, a)] - 1.0).abs() < 1e-12);
         }
     }

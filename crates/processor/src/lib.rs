@@ -1,31 +1,31 @@
-//! What a processor has more than one of: threads ([`in_parallel`], [`in_order`]), and numbers in a register ([`widely`]).
+//! Parallel work of a processor: on threads ([`in_parallel`], [`in_order`]) and in wide SIMD registers ([`widely`]).
 //!
-//! A program for x86-64 may use what each of them has: registers of two numbers, and shifts through one fixed register.
-//! Nearly every one in use has registers of four, and shifts and bit counts of any. What takes long is compiled for both.
+//! A program for x86-64 may use what each such processor has: registers of two numbers, and shifts through one fixed register.
+//! Nearly every one in use has registers of four, and shifts and bit counts of any. Slow work is compiled for both.
 //!
-//! Fused multiplications are not among what is used, and the compiler reorders no sum: both give the same bits.
+//! No fused multiplications are used, and the compiler reorders no sum: both versions give the same bits.
 
 mod threads;
 
 pub use threads::{in_order, in_parallel, threads};
 
-/// What is compiled for both.
+/// Work that is compiled for narrow and for wide registers.
 pub trait Work {
-    /// What comes of it.
+    /// The result of the work.
     type Output;
 
-    /// Does it. `#[inline(always)]`, and so is what takes long in it: only what becomes part of the function that is compiled for
+    /// Does the work. It and its slow callees need `#[inline(always)]`: only code that is inlined into the function compiled for
     /// wide registers uses them.
     fn run(self) -> Self::Output;
 }
 
-/// Does the work in wide registers, where the processor has them.
+/// Does the work, in wide registers where the processor has them.
 #[allow(unsafe_code, reason = "the processor is asked first")]
 #[inline]
 pub fn widely<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     if has_wide_registers() {
-        // SAFETY: the processor has what `wide` is compiled for.
+        // SAFETY: the processor has the features that `wide` is compiled for.
         return unsafe { wide(work) };
     }
     work.run()
@@ -66,7 +66,7 @@ mod tests {
         }
     }
 
-    /// A sum after a product is rounded twice in both.
+    /// A product and a sum are two roundings in both versions.
     #[test]
     fn the_same_bits() {
         let x: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

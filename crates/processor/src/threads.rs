@@ -1,18 +1,18 @@
-//! Work shared by threads. Which of them does a piece, and when, changes neither a result nor the order of results.
+//! Work shared by threads. Neither the results nor their order depend on which thread does which item, or when.
 //!
-//! What runs the threads is compiled once and asks for pieces by their number. Compiled for each work, it took 18 %
-//! of the optimiser's time on `experiments`.
+//! The code that runs the threads is compiled once and asks for items by number. Compiled for each kind of work, it took 18 %
+//! of the compiler's optimisation time for `experiments`.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, mpsc};
 
-/// So many threads run at once on this processor; at least one.
+/// The number of threads that run at once on this processor; at least one.
 pub fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// What `of` makes of each item, in their order, by at most so many threads, the caller's among them.
+/// The results of `of` for the items, in their order, on at most `threads` threads including the caller's.
 pub fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
     let items: Vec<Mutex<(Option<T>, Option<R>)>> =
         items.into_iter().map(|item| Mutex::new((Some(item), None))).collect();
@@ -24,7 +24,8 @@ pub fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(
     items.into_iter().filter_map(|item| item.into_inner().ok()?.1).collect()
 }
 
-/// The result of `work` on each item, by at most so many threads, handed to `take` on the caller's in the order of the items.
+/// Runs `work` on each item on at most `threads` threads and hands the results, in the order of the items, to `take` on the
+/// caller's thread.
 ///
 /// Ends with the first error of `take`.
 pub fn in_order<T: Sync, R: Send, E>(
@@ -49,11 +50,11 @@ pub fn in_order<T: Sync, R: Send, E>(
     outcome
 }
 
-/// Does each of so many pieces.
+/// Runs `piece` for each number below `count`.
 fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     let next = AtomicUsize::new(0);
     let work = || {
-        // Relaxed: a thread is joined before what it did is read.
+        // Relaxed is enough: a thread is joined before its results are read.
         while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count) {
             piece(i);
         }
@@ -65,7 +66,7 @@ fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Does each of so many pieces and tells of them in their order, until `take` says no.
+/// Runs `piece` for each number below `count` and calls `take` with the numbers in order, until `take` returns false.
 fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), take: &mut dyn FnMut(usize) -> bool) {
     let threads = threads.min(count);
     if threads < 2 {
@@ -83,13 +84,14 @@ fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), t
             scope.spawn(move || {
                 while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count) {
                     piece(i);
-                    // Nobody listens any more after a no.
+                    // The receiver is gone after `take` returned false.
                     if send.send(i).is_err() {
                         break;
                     }
                 }
             });
         }
+        // Threads finish in any order: `take` waits for the next number in order.
         let (mut is_done, mut at) = (vec![false; count], 0);
         for i in receive {
             is_done[i] = true;
@@ -118,7 +120,7 @@ mod tests {
     #[test]
     fn results_come_in_order_on_any_number_of_threads() {
         let items: Vec<u64> = (0..200).collect();
-        // Pieces of very different length.
+        // Items of very different duration.
         let work = |i: usize, x: &u64| (0..(x * 7919) % 20_000).fold(i as u64, |s, k| s.wrapping_mul(31) ^ k);
         let of = |threads| {
             let mut found = Vec::new();

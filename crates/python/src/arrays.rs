@@ -1,4 +1,4 @@
-//! States as arrays of NumPy. An input is not copied if it is float64, row by row. An output is a new array.
+//! States as NumPy arrays. An input is not copied if it is float64 and row-major. An output is a new array.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -6,39 +6,40 @@ use pyo3::types::{IntoPyDict, PyTuple, PyWeakrefReference};
 
 use crate::error::error;
 
-/// Numbers of one argument, row by row.
-pub struct Rows<'py> {
+/// Numbers of one argument in row-major order.
+pub struct RowMajor<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
-    /// NumPy resizes no array that has a weak reference, so that its numbers stay where they are while they are read.
+    /// NumPy does not resize an array that has a weak reference, so that the address of its numbers is fixed while they are read.
     _stays: Bound<'py, PyWeakrefReference>,
 }
 
-impl<'py> Rows<'py> {
-    /// Takes anything that NumPy reads as an array of numbers. It is copied only if it is not float64, row by row.
-    pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+impl<'py> RowMajor<'py> {
+    /// Takes anything that NumPy converts to an array of numbers; copies it only if it is not row-major float64. Fails where
+    /// values are masked.
+    pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<RowMajor<'py>> {
         if has_masked(x)? {
             return Err(error(format_args!(
                 "{name}: some of its values are masked; fill them, or leave their rows out"
             )));
         }
-        Rows::without_mask(name, x)
+        RowMajor::without_mask(name, x)
     }
 
-    /// The same; masked values are NaN, as what a log does not hold.
-    pub fn of_log(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+    /// Takes an array of a log; masked values become NaN, as missing values of a log.
+    pub fn of_log(name: &str, x: &Bound<'py, PyAny>) -> PyResult<RowMajor<'py>> {
         if !has_masked(x)? {
-            return Rows::without_mask(name, x);
+            return RowMajor::without_mask(name, x);
         }
         let filled = x.call_method1("astype", ("float64",))?.call_method1("filled", (f64::NAN,))?;
-        Rows::without_mask(name, &filled)
+        RowMajor::without_mask(name, &filled)
     }
 
-    fn without_mask(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+    fn without_mask(name: &str, x: &Bound<'py, PyAny>) -> PyResult<RowMajor<'py>> {
         let numpy = x.py().import("numpy")?;
         let array = numpy.call_method1("asarray", (x,));
         let expected = |e: PyErr| error(format_args!("{name}: an array of numbers is expected: {e}"));
         let array = array.map_err(expected)?;
-        // NumPy would drop imaginary parts, and units of times.
+        // NumPy would drop imaginary parts and units of time.
         let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
         let refused = match kind.as_str() {
             "c" => Some("complex numbers; take their real parts"),
@@ -52,7 +53,7 @@ impl<'py> Rows<'py> {
         let array = numpy.call_method("ascontiguousarray", (array,), Some(&options)).map_err(expected)?;
         let array = array.cast_into::<PyArrayDyn<f64>>()?;
         let stays = PyWeakrefReference::new(array.as_any())?;
-        Ok(Rows { array: array.readonly(), _stays: stays })
+        Ok(RowMajor { array: array.readonly(), _stays: stays })
     }
 
     /// Length of each dimension.
@@ -60,20 +61,20 @@ impl<'py> Rows<'py> {
         self.array.shape()
     }
 
-    /// Row by row.
+    /// The numbers in row-major order.
     pub fn numbers(&self) -> PyResult<&[f64]> {
         self.array.as_slice().map_err(error)
     }
 }
 
-/// Whether it is a masked array that hides values.
+/// Whether `x` is a masked array with masked values.
 fn has_masked(x: &Bound<'_, PyAny>) -> PyResult<bool> {
     let masked = x.py().import("numpy")?.getattr("ma")?;
     let is_masked = x.is_instance(&masked.getattr("MaskedArray")?)?;
     Ok(is_masked && masked.call_method1("is_masked", (x,))?.extract::<bool>()?)
 }
 
-/// An array of times (datetime64, timedelta64) in seconds, those of an instant from the first; `None` of other arrays.
+/// An array of times (datetime64, timedelta64) in seconds, datetime64 from the first instant; `None` for other arrays.
 pub fn seconds<'py>(x: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
     let numpy = x.py().import("numpy")?;
     let Ok(array) = numpy.call_method1("asanyarray", (x,)) else { return Ok(None) };
@@ -89,54 +90,54 @@ pub fn seconds<'py>(x: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>
     Ok(Some(numpy.call_method1("true_divide", (durations, second))?))
 }
 
-/// States of n coordinates: (N, n), or (n,) for one.
-pub struct States<'py> {
-    q: Rows<'py>,
-    dq: Argument<'py>,
-    ddq: Argument<'py>,
+/// States of n coordinates with the shape (N, n), or (n,) for one state.
+pub struct StateArrays<'py> {
+    q: RowMajor<'py>,
+    dq: RateArgument<'py>,
+    ddq: RateArgument<'py>,
     /// Number of states.
     pub count: usize,
     /// Whether a single state was given, without the dimension of states.
     pub is_one: bool,
 }
 
-/// Rates: given, or at rest.
-enum Argument<'py> {
-    Given(Rows<'py>),
+/// Rates of the states: given, or zero.
+enum RateArgument<'py> {
+    Given(RowMajor<'py>),
     Zero(Vec<f64>),
 }
 
-impl<'py> Argument<'py> {
-    fn new(name: &str, given: Option<&Bound<'py, PyAny>>, q: &Rows<'py>, needed: bool) -> PyResult<Argument<'py>> {
+impl<'py> RateArgument<'py> {
+    fn new(name: &str, given: Option<&Bound<'py, PyAny>>, q: &RowMajor<'py>, needed: bool) -> PyResult<RateArgument<'py>> {
         let Some(given) = given.filter(|x| !x.is_none()) else {
-            return Ok(Argument::Zero(if needed { vec![0.0; q.numbers()?.len()] } else { Vec::new() }));
+            return Ok(RateArgument::Zero(if needed { vec![0.0; q.numbers()?.len()] } else { Vec::new() }));
         };
-        let given = Rows::new(name, given)?;
+        let given = RowMajor::new(name, given)?;
         if given.shape() != q.shape() {
             let (found, expected) = (shape_text(given.shape()), shape_text(q.shape()));
             return Err(error(format_args!("{name} has the shape {found}; that of q, {expected}, is expected")));
         }
-        Ok(Argument::Given(given))
+        Ok(RateArgument::Given(given))
     }
 
     fn numbers(&self) -> PyResult<&[f64]> {
         match self {
-            Argument::Given(rows) => rows.numbers(),
-            Argument::Zero(zeros) => Ok(zeros),
+            RateArgument::Given(rows) => rows.numbers(),
+            RateArgument::Zero(zeros) => Ok(zeros),
         }
     }
 }
 
-impl<'py> States<'py> {
-    /// q, dq and ddq of one shape. Absent rates are zero, and these zeros are made only where they are `needed`.
+impl<'py> StateArrays<'py> {
+    /// Takes q, dq and ddq of one shape. Absent rates are zero, and the zeros are allocated only where they are `needed`.
     pub fn new(
         coordinates: &[String],
         q: &Bound<'py, PyAny>,
         dq: Option<&Bound<'py, PyAny>>,
         ddq: Option<&Bound<'py, PyAny>>,
         needed: [bool; 2],
-    ) -> PyResult<States<'py>> {
-        let (n, q) = (coordinates.len(), Rows::new("q", q)?);
+    ) -> PyResult<StateArrays<'py>> {
+        let (n, q) = (coordinates.len(), RowMajor::new("q", q)?);
         let (count, is_one) = match *q.shape() {
             [columns] if columns == n => (1, true),
             [rows, columns] if columns == n => (rows, false),
@@ -147,12 +148,12 @@ impl<'py> States<'py> {
                 )));
             }
         };
-        let dq = Argument::new("dq", dq, &q, needed[0])?;
-        let ddq = Argument::new("ddq", ddq, &q, needed[1])?;
-        Ok(States { q, dq, ddq, count, is_one })
+        let dq = RateArgument::new("dq", dq, &q, needed[0])?;
+        let ddq = RateArgument::new("ddq", ddq, &q, needed[1])?;
+        Ok(StateArrays { q, dq, ddq, count, is_one })
     }
 
-    /// q, dq and ddq, a state a row.
+    /// q, dq and ddq, one state per row.
     pub fn numbers(&self) -> PyResult<[&[f64]; 3]> {
         Ok([self.q.numbers()?, self.dq.numbers()?, self.ddq.numbers()?])
     }
@@ -165,13 +166,13 @@ fn shape_text(shape: &[usize]) -> String {
     }
 }
 
-/// A new array, not yet filled.
+/// A new array with uninitialised content.
 pub fn empty<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let shape = PyTuple::new(py, shape)?;
     Ok(py.import("numpy")?.call_method1("empty", (shape,))?.cast_into()?)
 }
 
-/// An array of these numbers.
+/// A new array with these numbers in row-major order.
 pub fn array<'py>(py: Python<'py>, shape: &[usize], numbers: &[f64]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let array = empty(py, shape)?;
     array.readwrite().as_slice_mut().map_err(error)?.copy_from_slice(numbers);

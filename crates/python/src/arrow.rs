@@ -1,12 +1,12 @@
-//! Reads numbers from an Arrow stream, which pandas, polars and pyarrow offer by `__arrow_c_stream__`, and hands out a table as one.
+//! Reads numbers from an Arrow stream, which pandas, polars and pyarrow offer by `__arrow_c_stream__`, and exports a table.
 //!
 //! A stream is a struct of columns, batch by batch. Integers, floats and times (in seconds) are read, and a null becomes
-//! NaN. Other columns are reported by their format, and nothing of them is looked at: libraries have formats of their own.
-//! No buffer outlives the call, because the numbers are copied into f64. The structures of the interface, who releases
-//! them, and the stream that goes out are those of the crate `arrow-array`.
+//! NaN. Other columns are reported by their format and are not read: libraries have formats of their own.
+//! No buffer outlives the call, because the numbers are copied into f64. The crate `arrow-array` provides the structures of
+//! the interface, their release, and the exported stream.
 //!
-//! `unsafe`: a stream is taken out of its capsule, on the word of the capsule's name; its functions are called; and a
-//! column is read where its batch has it. This is sound because the owner filled the structures by the specification.
+//! `unsafe`: a stream is taken out of a capsule, whose name states the type; its functions are called; and columns of a
+//! batch are read. This is sound because the owner filled the structures by the specification.
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
@@ -24,25 +24,25 @@ use pyo3::types::{PyCapsule, PyCapsuleMethods};
 use crate::error::error;
 
 /// A column of a frame.
-pub struct Column {
-    /// Its name.
+pub struct FrameColumn {
+    /// The name of the column.
     pub name: String,
-    /// Its numbers, or the Arrow format of a column that holds none.
+    /// The numbers, or the Arrow format of a column without numbers.
     pub content: Result<Vec<f64>, String>,
 }
 
 /// All columns of an object that has `__arrow_c_stream__`.
-pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
+pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<FrameColumn>> {
     let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
-    // SAFETY: the capsule of this name holds a stream, which is ours from here; a released one stays in the capsule.
+    // SAFETY: a capsule of this name holds a stream, which we own from here; a released one is left in the capsule.
     let mut stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.as_ptr().cast()) };
-    // A stream that another consumer took has no functions left to call, and its owner says so by `release`.
+    // A stream that another consumer took has no `release`, and its functions must not be called.
     if stream.release().is_none() {
         return Err(error("the Arrow stream was released: another reader took it; ask its owner for a new one"));
     }
     let (mut schema, get_schema) = (FFI_ArrowSchema::empty(), stream.get_schema());
-    // SAFETY: by the specification; the structures are ours.
+    // SAFETY: by the specification; we own the structures.
     let code = get_schema.map(|get| unsafe { get(&mut stream, &mut schema) });
     if code != Some(0) || schema.release().is_none() {
         return Err(failed("schema"));
@@ -50,11 +50,11 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
     if schema.format() != "+s" {
         return Err(error("a table with columns is expected, not a single column"));
     }
-    let (mut columns, kinds): (Vec<Column>, Vec<Option<DataType>>) = schema.children().map(Column::of).unzip();
+    let (mut columns, kinds): (Vec<FrameColumn>, Vec<Option<DataType>>) = schema.children().map(FrameColumn::of).unzip();
     let mut origins = vec![None; columns.len()];
     loop {
         let (mut batch, get_next) = (FFI_ArrowArray::empty(), stream.get_next());
-        // SAFETY: as of the schema.
+        // SAFETY: by the specification, as for the schema.
         if get_next.map(|next| unsafe { next(&mut stream, &mut batch) }) != Some(0) {
             return Err(failed("rows"));
         }
@@ -76,10 +76,10 @@ fn failed(what: &str) -> PyErr {
     error(format_args!("the Arrow stream gives no {what}"))
 }
 
-impl Column {
-    /// An empty column, and the type of its numbers where it holds some. The unit that the name of times ends with is that
-    /// of the integers, so that it goes.
-    fn of(schema: &FFI_ArrowSchema) -> (Column, Option<DataType>) {
+impl FrameColumn {
+    /// An empty column, and the type of its numbers; `None` for other content. A unit at the end of the name of times (`_ms`)
+    /// is removed, because the times are converted to seconds.
+    fn of(schema: &FFI_ArrowSchema) -> (FrameColumn, Option<DataType>) {
         let is_number =
             |kind: &DataType| kind.is_integer() || matches!(kind, Float32 | Float64 | Timestamp(..) | Duration(_));
         let kind = DataType::try_from(schema).ok().filter(is_number);
@@ -87,12 +87,12 @@ impl Column {
         let unit = ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit));
         let name = if let Some(Timestamp(..) | Duration(_)) = kind { unit.unwrap_or(name) } else { name };
         let content = if kind.is_some() { Ok(Vec::new()) } else { Err(schema.format().into()) };
-        (Column { name: name.into(), content }, kind)
+        (FrameColumn { name: name.into(), content }, kind)
     }
 }
 
-/// Appends the numbers of column `k` of a batch, times in seconds. `origin` is its first instant, from which instants are
-/// counted: since 1970 they have more digits than an f64 keeps. Fails if the column has not the values that the batch says.
+/// Appends the numbers of column `k` of a batch, times in seconds. `origin` is the first instant of the column, from which
+/// instants are counted: from 1970 they have more digits than f64. Fails if the column is shorter than the batch states.
 fn append(
     batch: &FFI_ArrowArray,
     k: usize,
@@ -130,13 +130,13 @@ fn append(
         Timestamp(unit, _) => {
             take!(Int64Type, |x: i64| x.wrapping_sub(*origin.get_or_insert(x)) as f64 / per_second(unit))
         }
-        // `Column::of` takes no other for numbers.
+        // `FrameColumn::of` accepts no other type as numbers.
         _ => {}
     }
     Ok(())
 }
 
-/// The values of column `k` of a batch, where the batch has them.
+/// The values of column `k` in the rows of a batch. Fails if the column is shorter than the batch states.
 fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<PrimitiveArray<T>> {
     let refused = || failed("values of a column of numbers");
     let (column, first, length) = (batch.child(k), batch.offset(), batch.len());
@@ -146,7 +146,7 @@ fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<P
     if column.num_buffers() != 2 || first.checked_add(length).is_none_or(|end| end > column.len()) {
         return Err(refused());
     }
-    // SAFETY: a column of numbers has validity and values, of the lengths it states. The copy of its structure releases
+    // SAFETY: a column of numbers has buffers of validity and values, of the stated lengths. The copy of its structure releases
     // nothing, and is dropped before the batch.
     let data = unsafe {
         let mut lent = std::ptr::read(column);
@@ -156,7 +156,7 @@ fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<P
     Ok(PrimitiveArray::from(data.map_err(|_| refused())?.slice(first, length)))
 }
 
-/// A capsule that holds a stream of these columns, all of one length.
+/// A capsule with an Arrow stream of these columns, which have one length.
 pub fn stream<'py>(py: Python<'py>, columns: Vec<(&str, ArrayRef)>) -> PyResult<Bound<'py, PyCapsule>> {
     let columns = columns.into_iter().map(|(name, column)| (name, column, true));
     let batch = RecordBatch::try_from_iter_with_nullable(columns).map_err(error)?;

@@ -1,5 +1,5 @@
-//! Methods that all artefacts have in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, a repr that is their table, a
-//! page for notebooks, pickles that are their text.
+//! Methods of all artefacts in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, the table as repr, a page for
+//! notebooks, and pickles with the text of the file.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -15,29 +15,30 @@ pub fn read_text(path: &Path) -> PyResult<String> {
     rist::read_text(path).or_error()
 }
 
-/// The description of a model, where there is one.
+/// The path of the description of a model; empty without a model.
 pub fn description(model: Option<&Py<Model>>) -> Vec<&Path> {
     model.map(|model| model.get().inner.path.as_path()).into_iter().collect()
 }
 
-/// Writes a text to a file that is no input of it, and that none brought along.
+/// Writes a text to a file. Fails where the file is one of the inputs, or a file that they include.
 pub fn save(path: &Path, text: &str, inputs: &[&Path]) -> PyResult<()> {
     rist::output::write_file(path, text, inputs).or_error()
 }
 
-/// Makes a directory, and those it stands in.
+/// Makes a directory and its parents.
 pub fn make_directory(path: &Path) -> PyResult<()> {
     std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
 }
 
-/// A hash of a text, the same in every process.
+/// A hash of a text that is equal in every process.
 pub fn hash(text: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
     hasher.finish()
 }
 
-/// The place of a name, or of a number as of a list. KeyError with the name that was meant, IndexError, TypeError.
+/// The index of a name, or of a number as in a list (negative from the end). Raises KeyError with a suggestion, IndexError
+/// or TypeError.
 pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
     if let Ok(index) = given.extract::<isize>() {
         let count = names.len();
@@ -57,14 +58,14 @@ pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
     })
 }
 
-/// A class that holds one artefact of the library.
+/// Defines a Python class with one artefact of the library.
 macro_rules! artefact {
     ($name:ident, $inner:ty, $doc:literal, $($more:tt)*) => {
         #[doc = $doc]
         #[pyclass(frozen, module = "rist")]
         pub struct $name {
             pub inner: $inner,
-            /// The model that it was made with, where it is known.
+            /// The model that the artefact was made with; `None` where it is unknown.
             pub model: Option<Py<$crate::model::Model>>,
         }
 

@@ -21,7 +21,7 @@ pub struct BaseParameters {
 }
 
 impl BaseParameters {
-    /// Those of a model.
+    /// The base parameters of a model.
     pub fn of(model: Py<Model>) -> BaseParameters {
         BaseParameters { model }
     }
@@ -117,7 +117,7 @@ impl BaseParameters {
     }
 }
 
-/// What a pickle of base parameters calls.
+/// Rebuilds base parameters from their pickle.
 #[pyfunction]
 pub fn _base_parameters(model: Py<Model>) -> BaseParameters {
     BaseParameters::of(model)

@@ -1,4 +1,4 @@
-//! The options of a call: keyword arguments become a request, field by field, as flags do in the program.
+//! The options of a call: keyword arguments are converted to the fields of a request, as flags are in the program.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -10,17 +10,17 @@ use serde_json::{Map, Number, Value};
 
 use crate::error::error;
 
-/// The keyword arguments of a call, `None` counting as absent.
+/// The keyword arguments of a call; `None` counts as absent.
 pub struct Call<'py> {
-    /// The name of the function, for messages.
+    /// The name of the function for error messages.
     pub function: &'static str,
-    /// Arguments that are no fields of a request: callbacks, estimates, logs.
+    /// Arguments that are not fields of a request: callbacks, estimates, logs.
     own: &'static [&'static str],
     given: Vec<(String, Bound<'py, PyAny>)>,
 }
 
 impl<'py> Call<'py> {
-    /// The keywords of `function`; `own`: those that it takes beside the fields of its request.
+    /// Takes the keywords of `function`; `own` are its keywords that are not fields of its request.
     pub fn new(
         function: &'static str,
         own: &'static [&'static str],
@@ -35,7 +35,7 @@ impl<'py> Call<'py> {
         Ok(Call { function, own, given })
     }
 
-    /// The same of one argument alone.
+    /// Takes only the keyword `name` of `function`.
     pub fn only(
         function: &'static str,
         name: &'static str,
@@ -66,15 +66,15 @@ impl<'py> Call<'py> {
         Ok(())
     }
 
-    /// An argument that is no field of the request; `None` where it is absent.
+    /// An argument that is not a field of the request; `None` where it is absent.
     pub fn own(&self, name: &str) -> Option<&Bound<'py, PyAny>> {
         debug_assert!(self.own.contains(&name), "{name} is in the list of {}", self.function);
         self.given.iter().find(|(given, _)| given == name).map(|(_, value)| value)
     }
 
-    /// The request that the others ask for.
+    /// The request from the other arguments.
     ///
-    /// Fails where there is no such field, and where a value is not as its field expects.
+    /// Fails where there is no such field, and where a field does not accept the value.
     pub fn request<R: Request>(&self) -> PyResult<R> {
         let (mut request, fields) = (R::default(), R::fields());
         for (name, given) in self.given.iter().filter(|(name, _)| !self.own.contains(&name.as_str())) {
@@ -92,13 +92,13 @@ impl<'py> Call<'py> {
         Ok(request)
     }
 
-    /// An error of this call.
+    /// An error with the name of the function.
     fn refused(&self, e: rist::Error) -> PyErr {
         error(format_args!("{}: {e}", self.function))
     }
 }
 
-/// A value of the library as Python has it.
+/// A JSON value of the library as a Python object.
 pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
@@ -120,7 +120,7 @@ pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>
     })
 }
 
-/// A value of Python as the library takes it; `None` where it has no such values.
+/// A Python object as a JSON value of the library; `None` where there is no such value.
 fn value(given: &Bound<'_, PyAny>) -> Option<Value> {
     if given.is_none() {
         return Some(Value::Null);
@@ -128,7 +128,7 @@ fn value(given: &Bound<'_, PyAny>) -> Option<Value> {
     if let Ok(text) = given.cast::<PyString>() {
         return Some(text.to_string().into());
     }
-    // True is a whole number too, so it is looked for first.
+    // A bool of Python is an int too, so it is checked first.
     if let Ok(truth) = given.extract::<bool>() {
         return Some(truth.into());
     }

@@ -1,9 +1,9 @@
 //! `rist.Error`: a `ValueError` with the message of the program.
 
-use pyo3::exceptions::{PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyDeprecationWarning, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use rist::fit::verdict::{Trust, Verdict};
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 
 pyo3::create_exception!(
     rist,
@@ -20,7 +20,7 @@ pyo3::create_exception!(
     "A result that is not to be trusted: its verdict says no. The message says why, and what to do now."
 );
 
-/// Warns where the verdict is no; nobody should overlook that in a notebook.
+/// Warns where the verdict is no, so that it is noticed in a notebook.
 pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
     if verdict.trust != Trust::No {
         return Ok(());
@@ -29,30 +29,30 @@ pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
     warn(py, &text, py.get_type::<TrustWarning>().as_any())
 }
 
-/// A warning of this category at the line of Python that called.
+/// Issues a warning of this category for the calling line of Python.
 pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult<()> {
     py.import("warnings")?.call_method1("warn", (for_python(text), category))?;
     Ok(())
 }
 
-/// A text with its fields spelled as keywords, and steps as functions.
+/// A text with fields spelled as keywords, and commands as functions.
 pub fn for_python(text: &str) -> String {
-    spelled(text, Reader::Python)
+    spelled(text, Audience::Python)
 }
 
-/// The exception with a message, whose fields are spelled as keywords.
+/// The exception `rist.Error` with a message, in which fields are spelled as keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {
     Error::new_err(for_python(&message.to_string()))
 }
 
-/// Sentences whose fields are spelled as keywords.
+/// Sentences with fields spelled as keywords.
 pub fn all_spelled(texts: &[String]) -> Vec<String> {
     texts.iter().map(|text| for_python(text)).collect()
 }
 
-/// Turns the errors of the library into the exception.
+/// Converts the errors of the library to the exception `rist.Error`.
 pub trait OrError<T> {
-    /// The same message.
+    /// The result with its error as the exception with the same message.
     fn or_error(self) -> PyResult<T>;
 }
 
@@ -60,4 +60,9 @@ impl<T, E: std::fmt::Display> OrError<T> for Result<T, E> {
     fn or_error(self) -> PyResult<T> {
         self.map_err(error)
     }
+}
+
+/// Warns (DeprecationWarning) that something has a new name; the former name will be removed in the next version.
+pub(crate) fn renamed(py: Python<'_>, text: &str) -> PyResult<()> {
+    warn(py, text, py.get_type::<PyDeprecationWarning>().as_any())
 }

@@ -8,10 +8,10 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
 use rist::fit::samples::Bodies;
-use rist::fit::validation::Portrait;
+use rist::fit::validation::PlotData;
 use rist::fit::verdict::Trust;
 use rist::page::{Origin, PageRequest};
-use rist::request::spelling::Reader;
+use rist::request::spelling::Audience;
 use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
@@ -20,7 +20,7 @@ use crate::artefact::{description, hash, place, read_text, save};
 use crate::call::object;
 use crate::error::{OrError, all_spelled, error, for_python};
 use crate::html;
-use crate::logs::{Given, logs, open};
+use crate::logs::{LogArgument, logs, open};
 use crate::model::Model;
 use crate::motions::ExperimentPlan;
 use crate::validation::Validation;
@@ -36,30 +36,30 @@ pub struct Estimate {
     pub inner: rist::Estimate,
     pub model: Option<Py<Model>>,
     pub verdict: Said,
-    /// The bodies, where only those that can exist were asked for.
+    /// The bodies, where physical consistency was requested.
     pub bodies: Option<Bodies>,
     /// The load of the loaded logs, as the program prints it.
     pub load: Option<String>,
-    /// What the passport found wrong, in sentences.
+    /// The findings of the log check, in sentences.
     pub findings: Vec<String>,
-    /// Whether it comes out of estimate.yaml, which holds no bodies.
+    /// Whether the estimate was read from estimate.yaml, which has no bodies.
     pub is_read: bool,
-    /// The logs as they were given, which are read once more where torques are drawn.
+    /// The logs as they were given, which are read again for plots of torques.
     pub logs: Option<Py<PyAny>>,
-    /// What it predicts for logs that were not fitted.
+    /// The prediction of logs that were not fitted.
     pub validation: Option<rist::Validation>,
-    /// What a simulation assumed, in sentences.
+    /// The assumptions of a simulation, in sentences.
     pub notes: Vec<String>,
 }
 
-/// A log of more rows is not read once more for a notebook, which asks for a page whenever an estimate is shown.
-const MOST_DRAWN_ROWS: usize = 1 << 20;
+/// Logs with more rows are not read again for a notebook, which requests a page whenever an estimate is shown.
+const LARGEST_DRAWN_ROWS: usize = 1 << 20;
 
-/// Bodies as a pickle holds them: XX .. M by the number of the link, rotor inertias, and why they are not to be used.
+/// Bodies in a pickle: XX .. M by the number of the link, rotor inertias, and the reason for which they must not be used.
 type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
 
 impl Estimate {
-    /// An estimate out of a file or a simulation.
+    /// An estimate from a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
         let verdict = rist::fit::verdict::estimate_verdict(&inner).into();
         let (findings, notes) = (Vec::new(), Vec::new());
@@ -83,14 +83,14 @@ impl Estimate {
             .ok_or_else(|| error("this estimate was read without its model: Estimate.read(path, model)"))
     }
 
-    /// The logs given, or else those that it was made from.
-    fn logs_or<'py>(&self, given: Option<&Bound<'py, PyAny>>, py: Python<'py>) -> PyResult<Vec<Given>> {
+    /// The given logs, or the logs that were fitted. Fails where these do not exist any more.
+    fn logs_or<'py>(&self, given: Option<&Bound<'py, PyAny>>, py: Python<'py>) -> PyResult<Vec<LogArgument>> {
         if let Some(given) = given.or(self.logs.as_ref().map(|logs| logs.bind(py))) {
             return logs(given);
         }
         let paths: Vec<PathBuf> = self.inner.logs.iter().map(PathBuf::from).collect();
         match paths.iter().find(|path| !path.exists()) {
-            None if !paths.is_empty() => Ok(paths.into_iter().map(Given::Path).collect()),
+            None if !paths.is_empty() => Ok(paths.into_iter().map(LogArgument::Path).collect()),
             missing => Err(error(format_args!(
                 "the log that it was made from is not here{}: give one, log=",
                 missing.map_or(String::new(), |path| format!(" ({})", path.display()))
@@ -98,33 +98,33 @@ impl Estimate {
         }
     }
 
-    /// What is drawn of logs; None for an estimate of experiments.
-    fn portrait<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Portrait>> {
+    /// The plot data of logs; `None` for an estimate of experiments.
+    fn plot_data<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<PlotData>> {
         let Some(options) = &self.inner.options else { return Ok(None) };
         let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
-        work(py, None, |_| rist::fit::validation::portrait(model, &self.inner, &open(given, model, &options.columns)?))
+        work(py, None, |_| rist::fit::validation::plot_data(model, &self.inner, &open(given, model, &options.columns)?))
     }
 
-    /// What a page is made of.
-    fn page_request<'a>(&'a self, portrait: Option<&'a Portrait>, date: Option<&'a str>) -> PageRequest<'a> {
+    /// The request of a page for this estimate.
+    fn page_request<'a>(&'a self, plot_data: Option<&'a PlotData>, date: Option<&'a str>) -> PageRequest<'a> {
         PageRequest {
             model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
             estimate: Some(&self.inner),
-            portrait,
+            plot_data,
             validation: self.validation.as_ref(),
             verdict: Some(&self.verdict.inner),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
-            reader: Reader::Python,
+            reader: Audience::Python,
             ..PageRequest::default()
         }
     }
 
-    /// The page for a notebook, with torques where the logs are still there and not too long; None where it is too large.
+    /// The page for a notebook, with torques where the logs still exist and are not too long; `None` where it is too large.
     fn framed_page(&self, py: Python<'_>) -> Option<String> {
-        let is_drawn = self.inner.rows <= MOST_DRAWN_ROWS;
-        let portrait = is_drawn.then(|| self.portrait(py, None).ok().flatten()).flatten();
-        let of = |portrait: Option<&Portrait>| html::frame(&rist::page::page(&self.page_request(portrait, None)).0);
-        portrait.as_ref().and_then(|portrait| of(Some(portrait))).or_else(|| of(None))
+        let is_drawn = self.inner.rows <= LARGEST_DRAWN_ROWS;
+        let plot_data = is_drawn.then(|| self.plot_data(py, None).ok().flatten()).flatten();
+        let of = |plot_data: Option<&PlotData>| html::frame(&rist::page::page(&self.page_request(plot_data, None)).0);
+        plot_data.as_ref().and_then(|plot_data| of(Some(plot_data))).or_else(|| of(None))
     }
 
     /// The bodies. Fails if the verdict is no, unless `anyway`.
@@ -256,7 +256,7 @@ impl Estimate {
         py: Python<'py>,
         requested_schema: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // Another type is a wish, which the interface lets a producer refuse.
+        // The interface allows a producer to ignore a requested type.
         let _ = requested_schema;
         let texts = |of: Vec<String>| -> ArrayRef { Arc::new(StringArray::from(of)) };
         let numbers = |of: fn(&Identified) -> Option<f64>| -> ArrayRef {
@@ -408,11 +408,11 @@ impl Estimate {
         date: Option<&str>,
         log: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<()> {
-        let portrait = match self.portrait(py, log) {
+        let plot_data = match self.plot_data(py, log) {
             Err(e) if log.is_some() => return Err(e),
-            portrait => portrait.ok().flatten(),
+            plot_data => plot_data.ok().flatten(),
         };
-        let request = self.page_request(portrait.as_ref(), date);
+        let request = self.page_request(plot_data.as_ref(), date);
         let request = PageRequest {
             plan: plan.map(|p| &p.inner),
             validation: validation.map(|v| &v.inner).or(request.validation),
@@ -431,8 +431,8 @@ impl Estimate {
     /// The charts of the page, name and SVG.
     #[pyo3(signature = (log=None))]
     fn _pictures<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Vec<(String, String)>> {
-        let portrait = self.portrait(py, log)?;
-        Ok(rist::page::page(&self.page_request(portrait.as_ref(), None)).1)
+        let plot_data = self.plot_data(py, log)?;
+        Ok(rist::page::page(&self.page_request(plot_data.as_ref(), None)).1)
     }
 
     /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
@@ -537,11 +537,11 @@ impl Estimate {
     }
 }
 
-/// What a pickle of an estimate holds beside its text: findings, load, bodies, whether it was read from a file, validation
-/// and notes.
+/// Content of a pickle of an estimate in addition to its text: findings, load, bodies, whether it was read from a file,
+/// validation and notes.
 type More = (Vec<String>, Option<String>, Option<BodyState>, bool, Option<String>, Vec<String>);
 
-/// What a pickle of an estimate calls.
+/// Rebuilds an estimate from its pickle.
 #[pyfunction]
 pub fn _estimate(text: &str, model: Option<Py<Model>>, verdict: &Verdict, more: More) -> PyResult<Estimate> {
     let (findings, load, bodies, is_read, validation, notes) = more;

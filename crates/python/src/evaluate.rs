@@ -1,4 +1,4 @@
-//! Functions of a model at states that are arrays.
+//! Evaluates functions of a model at arrays of states.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,22 +8,22 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyTuple};
 use rist::describe::evaluation::{Evaluation, ManyStates, ParametersOf, Quantity};
 
-use crate::arrays::{Rows, States, empty};
+use crate::arrays::{RowMajor, StateArrays, empty};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::model::Model;
 use crate::work::alone;
 
-/// States that are evaluated between two looks for signals.
+/// States that are evaluated between two checks for signals.
 const STATES_PER_PASS: usize = 1 << 14;
 
 /// An argument that may be absent.
-pub type Argument<'a, 'py> = Option<&'a Array<'py>>;
+pub type OptionalArgument<'a, 'py> = Option<&'a Array<'py>>;
 
-/// An argument that is read as numbers: an array, or what NumPy makes one of.
+/// An argument that is read as numbers: an array, or an object that NumPy converts to an array.
 pub type Array<'py> = Bound<'py, PyAny>;
 
-/// What was evaluated of a model, by the name of the function.
+/// The evaluations of a model that were derived so far, by the name of the function.
 #[derive(Default)]
 pub struct Evaluations(Mutex<HashMap<String, Arc<Evaluation>>>);
 
@@ -35,7 +35,7 @@ impl Evaluations {
         }
         let inner = &model.inner;
         let made = alone(py, || match function {
-            // That of the model, which may be compiled.
+            // The regressor of the model, which may be compiled.
             "base-regressor" => Evaluation::new(inner, Quantity::BaseRegressor),
             _ => Evaluation::of_function(inner, function),
         })?;
@@ -44,24 +44,24 @@ impl Evaluations {
 }
 
 impl Model {
-    /// The one output of a function.
+    /// The single output of a function at states.
     pub fn one(
         &self,
         function: &str,
-        states: [Argument; 3],
-        parameters: Argument,
+        states: [OptionalArgument; 3],
+        parameters: OptionalArgument,
         others: &[(&str, &Array)],
     ) -> PyResult<Py<PyAny>> {
         let Some(q) = states[0] else { return Err(error("q is missing")) };
         Ok(evaluate(q.py(), self, function, states, parameters, others)?.remove(0).1.unbind())
     }
 
-    /// All outputs of a function.
+    /// All outputs of a function at states.
     pub fn several(
         &self,
         function: &str,
-        states: [Argument; 3],
-        parameters: Argument,
+        states: [OptionalArgument; 3],
+        parameters: OptionalArgument,
         others: &[(&str, &Array)],
     ) -> PyResult<Py<PyTuple>> {
         let Some(q) = states[0] else { return Err(error("q is missing")) };
@@ -69,13 +69,14 @@ impl Model {
         Ok(PyTuple::new(q.py(), found.into_iter().map(|(_, x)| x))?.unbind())
     }
 
-    /// The parameters that a function takes: those of an estimate, given ones, or those of the description.
-    fn parameters(&self, wanted: ParametersOf, given: Argument<'_, '_>) -> PyResult<Vec<f64>> {
+    /// The parameters for a function: given numbers, the parameters of an estimate, or the nominal parameters. Fails where the
+    /// function needs standard parameters and base parameters are given.
+    fn parameters(&self, wanted: ParametersOf, given: OptionalArgument<'_, '_>) -> PyResult<Vec<f64>> {
         let (p, standard) = (self.inner.parameters.len(), self.inner.parameters.standard.len());
         let Some(given) = given.filter(|x| !x.is_none()) else {
             let described = match wanted {
-                ParametersOf::Base(_) => self.inner.described_parameters(),
-                ParametersOf::Standard(_) => self.inner.described_standard_parameters(),
+                ParametersOf::Base(_) => self.inner.nominal_parameters(),
+                ParametersOf::Standard(_) => self.inner.nominal_standard_parameters(),
             };
             return described.ok_or_else(|| {
                 let path = self.inner.path.display();
@@ -84,6 +85,7 @@ impl Model {
                 ))
             });
         };
+        // X_base = K X_standard has no inverse: base parameters do not determine standard ones.
         let of_bodies = || {
             error(format_args!(
                 "parameters: {standard} standard parameters are expected: base ones do not tell what this function needs"
@@ -95,7 +97,8 @@ impl Model {
                 ParametersOf::Standard(_) => Err(of_bodies()),
             };
         }
-        let rows = Rows::new("parameters", given)?;
+        // The count distinguishes base from standard parameters.
+        let rows = RowMajor::new("parameters", given)?;
         let numbers = rows.numbers()?;
         match (rows.shape(), wanted) {
             ([k], ParametersOf::Standard(_)) if *k == standard => Ok(numbers.to_vec()),
@@ -110,7 +113,7 @@ impl Model {
     }
 }
 
-/// A function of a link in a frame: `jacobian=5:base`.
+/// The name of a function of a link in a frame: `jacobian=5:base`.
 pub fn of_link(word: &str, link: &str, frame: Option<&str>) -> String {
     frame.map_or_else(|| format!("{word}={link}"), |frame| format!("{word}={link}:{frame}"))
 }
@@ -121,37 +124,39 @@ pub fn by_keyword<'py>(given: Option<&Bound<'py, PyDict>>) -> PyResult<Vec<(Stri
     given.iter().map(|(name, x)| Ok((name.extract()?, x))).collect()
 }
 
-/// The outputs of a function at states, each with its name. They have a dimension for the states, unless a single state
-/// was given.
+/// The outputs of a function at states, each with its name. Their first dimension is the state, unless a single state
+/// without this dimension was given.
 pub fn evaluate<'py>(
     py: Python<'py>,
     model: &Model,
     function: &str,
-    [q, dq, ddq]: [Argument<'_, 'py>; 3],
-    parameters: Argument<'_, 'py>,
+    [q, dq, ddq]: [OptionalArgument<'_, 'py>; 3],
+    parameters: OptionalArgument<'_, 'py>,
     others: &[(&str, &Bound<'py, PyAny>)],
 ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     let evaluation = model.evaluations.of(py, model, function)?;
     let coordinates = model.inner.regressor().coordinates();
     let needed = [evaluation.needs("dq"), evaluation.needs("ddq")];
     let states = match q {
-        Some(q) => Some(States::new(coordinates, q, dq, ddq, needed)?),
+        Some(q) => Some(StateArrays::new(coordinates, q, dq, ddq, needed)?),
         None if evaluation.needs("q") => return Err(error("q is missing")),
         None => None,
     };
-    let others = Others::new(&evaluation, others, states.as_ref().map(|s| (s.count, s.is_one)))?;
+    let others = ExtraInputs::new(&evaluation, others, states.as_ref().map(|s| (s.count, s.is_one)))?;
     let parameters = match evaluation.parameters() {
         Some(wanted) => model.parameters(wanted, parameters)?,
         None => Vec::new(),
     };
+    // Without q, the other inputs give the number of states.
     let (count, is_one) = states.as_ref().map_or((others.count, others.is_one), |s| (s.count, s.is_one));
     let shapes = evaluation.outputs();
     let size: usize = shapes.iter().map(|o| o.rows * o.columns).sum();
     let outputs = empty(py, &[count, size])?;
     {
+        // Blocks of states, so that Ctrl-C is handled between them.
         let mut filled = outputs.readwrite();
         let filled = filled.as_slice_mut().map_err(error)?;
-        let [q, dq, ddq] = states.as_ref().map_or(Ok([&[] as &[f64]; 3]), States::numbers)?;
+        let [q, dq, ddq] = states.as_ref().map_or(Ok([&[] as &[f64]; 3]), StateArrays::numbers)?;
         let given = others.numbers()?;
         let n = coordinates.len();
         let passes = (0..count).step_by(STATES_PER_PASS).zip(filled.chunks_mut((STATES_PER_PASS * size).max(1)));
@@ -169,7 +174,7 @@ pub fn evaluate<'py>(
     divided(&outputs, &evaluation, function, (count, is_one))
 }
 
-/// Each output of its own shape. A single one is not copied.
+/// The outputs, each with its own shape. A single output is not copied.
 fn divided<'py>(
     outputs: &Bound<'py, PyArrayDyn<f64>>,
     evaluation: &Evaluation,
@@ -194,21 +199,21 @@ fn divided<'py>(
     evaluation.outputs().iter().map(one).collect()
 }
 
-/// What a function takes beside the states, as arrays.
-struct Others<'py> {
-    /// Name, entries a state, rows.
-    given: Vec<(String, usize, Rows<'py>)>,
+/// The inputs of a function other than states and parameters, as arrays.
+struct ExtraInputs<'py> {
+    /// Name, entries per state, and rows of each input.
+    given: Vec<(String, usize, RowMajor<'py>)>,
     count: usize,
     is_one: bool,
 }
 
-impl<'py> Others<'py> {
-    /// `states`: how many there are, and whether it is one without the dimension of states; `None` where q is not given.
+impl<'py> ExtraInputs<'py> {
+    /// `states`: number of states, and whether it is one without the dimension of states; `None` where q is not given.
     fn new(
         evaluation: &Evaluation,
         given: &[(&str, &Bound<'py, PyAny>)],
         states: Option<(usize, bool)>,
-    ) -> PyResult<Others<'py>> {
+    ) -> PyResult<ExtraInputs<'py>> {
         let wanted = evaluation.others();
         let names = || match wanted.is_empty() {
             true => "nothing else".to_string(),
@@ -222,8 +227,8 @@ impl<'py> Others<'py> {
             let Some((_, x)) = given.iter().find(|(given, _)| given == name) else {
                 return Err(error(format_args!("{name} is missing: the function takes {}", names())));
             };
-            let rows = Rows::new(name, x)?;
-            // A matrix of one state may keep its shape.
+            let rows = RowMajor::new(name, x)?;
+            // A matrix of one state may have its own shape.
             let entries: usize = rows.shape().iter().product();
             let lone = count.map_or(rows.shape().len() == 1 || entries == *width, |(_, is_one)| is_one);
             let (rows_there, is_lone) =
@@ -236,7 +241,7 @@ impl<'py> Others<'py> {
             found.push((name.to_string(), *width, rows));
         }
         let (count, is_one) = count.unwrap_or((0, false));
-        Ok(Others { given: found, count, is_one })
+        Ok(ExtraInputs { given: found, count, is_one })
     }
 
     fn numbers(&self) -> PyResult<Vec<(&str, usize, &[f64])>> {

@@ -1,4 +1,4 @@
-//! `rist.plan`, `rist.simulate`, `rist.excite` and `rist.check`: from a model to motions, and to their logs.
+//! `rist.plan`, `rist.simulate`, `rist.excite` and `rist.check`: motions of a model, their simulated logs, and their proofs.
 
 use std::path::{Path, PathBuf};
 
@@ -97,7 +97,7 @@ pub fn simulate<'py>(
     let effort = request.effort(inner);
     let planned = motions.count();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation;
-    // The same records to disk and to the caller, one by one as they are simulated.
+    // Each record is written to disk when it is simulated, and also returned to the caller.
     let (simulated, records) = work(py, call.own("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
@@ -123,18 +123,18 @@ pub fn simulate<'py>(
     Ok((Estimate { notes: simulated.notes, ..truth }, logs))
 }
 
-/// What is simulated.
+/// The experiments or the motion to simulate.
 enum Played {
     Plan(rist::motion::planning::ExperimentPlan),
     Motion(rist::motion::exciting::ExcitingMotion),
 }
 
 impl Played {
-    /// A motion, a plan, or the path of one; refused where it was made with another model.
+    /// A motion, a plan, or the path of one. Fails where it was made with another model.
     fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<Played> {
         let file = given.extract::<PathBuf>().ok();
         let is_motion = match &file {
-            Some(path) => rist::Kind::of(&read_text(path)?) == Some(rist::Kind::Motion),
+            Some(path) => rist::ArtefactKind::of(&read_text(path)?) == Some(rist::ArtefactKind::Motion),
             None => given.is_instance_of::<ExcitingMotion>(),
         };
         if !is_motion {
@@ -152,7 +152,7 @@ impl Played {
         }
     }
 
-    /// Records without a load.
+    /// The number of records without a load.
     fn count(&self) -> usize {
         match self {
             Played::Plan(plan) => plan.experiments.len(),
@@ -161,7 +161,7 @@ impl Played {
     }
 }
 
-/// An argument that is an estimate.
+/// The argument `name` as an estimate; `None` where it is absent. Fails where it is something else.
 fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> {
     let Some(estimate) = call.own(name) else { return Ok(None) };
     match estimate.cast::<Estimate>() {
@@ -170,7 +170,7 @@ fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> 
     }
 }
 
-/// Records as dicts of arrays, by name; their efforts are torques or currents.
+/// Records as dicts of arrays, by name, with torques or currents by `effort`.
 fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let logs = PyDict::new(py);
     for (name, record) in records {
@@ -179,7 +179,7 @@ fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -
     Ok(logs)
 }
 
-/// The arrays of a record; its efforts are torques or currents.
+/// The arrays of a record (t, q, and tau or i) by `effort`.
 fn log<'py>(py: Python<'py>, record: &Record, effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let log = PyDict::new(py);
     let n = record.q.first().map_or(0, Vec::len);
@@ -191,7 +191,7 @@ fn log<'py>(py: Python<'py>, record: &Record, effort: Effort) -> PyResult<Bound<
     Ok(log)
 }
 
-/// One series a joint as one column a joint.
+/// Series of the joints as an array (n, joints).
 fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let numbers: Vec<f64> = (0..n).flat_map(|i| series.iter().map(move |x| x[i])).collect();
     array(py, &[n, series.len()], &numbers)
@@ -283,7 +283,7 @@ pub fn check(
     Ok(alone(py, || file.check(model, &path, interpolation, &asked))?.or_error()?.faults())
 }
 
-/// The interpolation of a word.
+/// The interpolation by its word; fails with the known words.
 fn interpolation_of(given: &Bound<'_, PyAny>) -> PyResult<Interpolation> {
     let word: String = given.extract().unwrap_or_default();
     let found = Interpolation::ALL.into_iter().find(|(_, known)| *known == word);

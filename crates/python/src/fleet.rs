@@ -1,4 +1,4 @@
-//! `rist.Accumulator` and `rist.compare`: sums over logs, which merge, are solved and compared without the logs.
+//! `rist.Accumulator` and `rist.compare`: sums over logs, which are merged, solved and compared without the logs.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -46,7 +46,7 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// The sums, even after a panic: an update is all or nothing, so a panic leaves them as they were.
+    /// The locked sums, even after a panic: an update is all or nothing, so a panic does not change them.
     fn sums(&self) -> MutexGuard<'_, fleet::Accumulator> {
         self.sums.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -84,7 +84,7 @@ impl Accumulator {
         let (this, given) = (slf.get(), logs(log)?);
         let model = &this.model.get().inner;
         for log in given {
-            // The sums of this log alone, so that logs which other threads add meanwhile are kept.
+            // The sums of this log only, so that logs which other threads add meanwhile are kept.
             let mut part = fleet::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
@@ -98,7 +98,7 @@ impl Accumulator {
 
     /// Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both.
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
-        // The other is copied first, so that its lock is released before this one is taken. Both may be the same.
+        // `other` is copied first, so that its lock is released before the second lock. Both may be the same object.
         let (this, other) = (slf.get(), other.copy());
         alone(slf.py(), || this.sums().merge(&other))?.or_error()?;
         Ok(slf)
@@ -179,7 +179,7 @@ impl Accumulator {
     }
 }
 
-/// What a pickle of an accumulator calls.
+/// Rebuilds an accumulator from its pickle.
 #[pyfunction]
 pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
     Accumulator::of_bytes(Path::new("pickle"), bytes, model)
@@ -188,7 +188,7 @@ pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
 artefact! {
     Comparison,
     fleet::Comparison,
-    "What changed between sums: which robots, which parameters, by how many deviations.",
+    "What changed between sums: which robots, which parameters, by how many sigma.",
     /// Names of those that changed.
     #[getter]
     fn changed(&self) -> Vec<String> {
@@ -211,7 +211,7 @@ artefact! {
 }
 
 impl Comparison {
-    /// It has no page.
+    /// A comparison has no page.
     fn page(&self, _date: Option<&str>) -> Option<String> {
         None
     }

@@ -1,6 +1,6 @@
 //! Tables and texts for notebooks.
 
-/// A table with a title and a head; every cell is text.
+/// A table with a title and a head; every cell is escaped text.
 pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let row = |tag: &str, cells: &mut dyn Iterator<Item = String>| {
         let cells: String = cells.map(|c| format!("<{tag}>{}</{tag}>", escaped(&c))).collect();
@@ -11,10 +11,10 @@ pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>
     format!("<table><caption>{}</caption>{head}{rows}</table>", escaped(title))
 }
 
-/// A page larger than this is not put into a notebook, which keeps it for good.
+/// A larger page is not shown in a notebook, because the file of the notebook stores it.
 const LARGEST_PAGE_BYTES: usize = 2 << 20;
 
-/// A whole page in a frame of its own, whose style and script touch nothing of the notebook; `None` where it is too large.
+/// A whole page in its own frame, whose style and script do not affect the notebook; `None` where it is too large.
 pub fn frame(page: &str) -> Option<String> {
     let page = (page.len() <= LARGEST_PAGE_BYTES).then(|| page.replace('&', "&amp;").replace('"', "&quot;"))?;
     Some(format!(
@@ -23,13 +23,13 @@ pub fn frame(page: &str) -> Option<String> {
     ))
 }
 
-/// Sentences, one below the other.
+/// Sentences as a list.
 pub fn list(texts: &[String]) -> String {
     let items: String = texts.iter().map(|text| format!("<li>{}</li>", escaped(text))).collect();
     format!("<ul>{items}</ul>")
 }
 
-/// A text as it stands.
+/// A text with its line breaks.
 pub fn text(text: &str) -> String {
     format!("<pre style=\"white-space: pre-wrap\">{}</pre>", escaped(text))
 }

@@ -1,4 +1,4 @@
-//! `rist.identify` and `rist.doctor`: logs -> parameters, or what is wrong with them.
+//! `rist.identify` and `rist.doctor`: parameters from logs, and faults of logs.
 
 use std::path::PathBuf;
 
@@ -9,11 +9,11 @@ use rist::fit::experiments::{ExperimentLogs, identify_gains_of_rows, identify_pa
 use rist::fit::samples::{identify_essential, identify_loaded};
 use rist::fit::verdict::claim_line;
 use rist::identify_experiments_in_loop;
-use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
+use rist::request::{IdentifyRequest, Method, MethodRequest, WordChoice};
 
 use crate::artefact::hash;
 use crate::call::Call;
-use crate::error::{OrError, all_spelled, error, for_python, warn_of};
+use crate::error::{OrError, all_spelled, error, for_python, renamed, warn_of};
 use crate::estimate::Estimate;
 use crate::html;
 use crate::logs::{logs, open};
@@ -119,7 +119,7 @@ fn identify_samples(
     }
     rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()))
         .or_error()?;
-    // In a thread of its own, from the files to the verdict.
+    // The whole work, from the files to the verdict, runs on a thread without the interpreter lock.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;
         let (fitted, loaded) = (open(fitted, inner, &columns)?, open(loaded, inner, &columns)?);
@@ -128,10 +128,10 @@ fn identify_samples(
             Method::Essential => identify_essential(inner, &fitted, &loaded, &request.samples)?,
             _ => identify_loaded(inner, &fitted, &loaded, &request)?,
         };
-        let judged = found.judged(inner, &others, false)?;
+        let judged = found.verdict_of_logs(inner, &others, false)?;
         Ok((found, judged))
     })?;
-    // The model of the estimate, which may have rotors that the given one lacks.
+    // The model of the estimate may have rotors that the given model does not have.
     let used = match found.model {
         Some(used) => Py::new(py, model.get().read_as(used))?,
         None => model.clone().unbind(),
@@ -140,7 +140,7 @@ fn identify_samples(
         verdict: judged.verdict.into(),
         bodies: found.bodies,
         load: found.load.map(|load| load.to_string().trim().to_string()),
-        findings: found.passport.findings.iter().map(ToString::to_string).collect(),
+        findings: found.log_check.findings.iter().map(ToString::to_string).collect(),
         logs: Some(given),
         validation: judged.validation,
         ..Estimate::plain(found.estimate, Some(used))
@@ -162,6 +162,7 @@ fn identify_plan(
         return Err(error(format_args!("identify: [method={method}] needs the plan behind the logs: [plan]")));
     };
     let plan = ExperimentPlan::of(plan, inner)?;
+    // IV and DIDIM simulate the experiments in closed loop; the other methods solve the equations of the logs alone.
     let logs = ExperimentLogs { directory: &directory, plan: &plan };
     let estimate = match method {
         Method::Iv | Method::Didim => {
@@ -183,45 +184,52 @@ fn identify_plan(
 
 /// What logs and a description have to do with each other.
 #[pyclass(frozen, module = "rist")]
-pub struct Passport {
-    state: PassportState,
+pub struct LogCheck {
+    state: LogCheckState,
 }
 
-/// A joint: its coordinate, slope, share, explained share, and range, rad (m).
+/// A joint: coordinate, slope, share, explained share, and range of motion, rad (m).
 type JointState = (String, Option<f64>, Option<f64>, Option<f64>, f64);
 
-/// A passport as it is shown, and as a pickle holds it: one line a joint, findings, what is untold, whether a finding is gross,
-/// the joints, all claims.
-type PassportState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
+/// A check as it is shown and pickled: text with one line per joint, findings, checks that were not possible, whether a
+/// finding is gross, the joints, all claims.
+type LogCheckState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
 
-impl Passport {
-    fn of(passport: &rist::fit::doctor::Passport) -> Passport {
-        let joints = passport.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
-        let claims: Vec<String> = claims_of_log(passport, &[]).iter().map(claim_line).collect();
+impl LogCheck {
+    fn of(check: &rist::fit::doctor::LogCheck) -> LogCheck {
+        let joints = check.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
+        let claims: Vec<String> = claims_of_log(check, &[]).iter().map(claim_line).collect();
         let state = (
-            for_python(&passport.to_string()),
-            passport.findings.iter().map(|finding| for_python(&finding.to_string())).collect(),
-            all_spelled(&passport.untold),
-            passport.is_gross(),
+            for_python(&check.to_string()),
+            check.findings.iter().map(|finding| for_python(&finding.to_string())).collect(),
+            all_spelled(&check.not_checked),
+            check.is_gross(),
             joints.collect(),
             all_spelled(&claims),
         );
-        Passport { state }
+        LogCheck { state }
     }
 }
 
 #[pymethods]
-impl Passport {
+impl LogCheck {
     /// What is wrong, the worst first: a sentence each with what mends it.
     #[getter]
     fn findings(&self) -> Vec<String> {
         self.state.1.clone()
     }
 
-    /// What could not be looked at.
+    /// Checks that were not possible, each with its reason.
     #[getter]
-    fn untold(&self) -> Vec<String> {
+    fn not_checked(&self) -> Vec<String> {
         self.state.2.clone()
+    }
+
+    /// The former name of `not_checked`.
+    #[getter]
+    fn untold(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        renamed(py, "untold is called not_checked")?;
+        Ok(self.not_checked())
     }
 
     /// Whether a finding forbids to use an estimate from these logs.
@@ -230,7 +238,7 @@ impl Passport {
         self.state.3
     }
 
-    /// All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be told.
+    /// All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be determined.
     #[getter]
     fn claims(&self) -> Vec<String> {
         self.state.5.clone()
@@ -250,11 +258,11 @@ impl Passport {
         Ok(table)
     }
 
-    /// findings, untold, is_gross, joints and claims by their names.
+    /// findings, not_checked, is_gross, joints and claims by their names.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         dict.set_item("findings", self.findings())?;
-        dict.set_item("untold", self.untold())?;
+        dict.set_item("not_checked", self.not_checked())?;
         dict.set_item("is_gross", self.is_gross())?;
         dict.set_item("joints", self.joints(py)?)?;
         dict.set_item("claims", self.claims())?;
@@ -264,10 +272,10 @@ impl Passport {
     /// Draws the slope of each joint, which is 1 where log and description agree. Axes of matplotlib, or a rist.Picture where
     /// that is not there.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("rist._plot")?.call_method1("passport", (slf,))
+        slf.py().import("rist._plot")?.call_method1("log_check", (slf,))
     }
 
-    fn __eq__(&self, other: &Bound<'_, Passport>) -> bool {
+    fn __eq__(&self, other: &Bound<'_, LogCheck>) -> bool {
         self.state == other.get().state
     }
 
@@ -276,7 +284,7 @@ impl Passport {
     }
 
     fn __repr__(&self) -> String {
-        let lines = [self.findings(), self.untold()].concat().join("\n");
+        let lines = [self.findings(), self.not_checked()].concat().join("\n");
         format!("{}\n{lines}", self.state.0)
     }
 
@@ -284,20 +292,20 @@ impl Passport {
         let number = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x:.2}"));
         let of = |j: &JointState| vec![j.0.clone(), number(j.1), number(j.2), number(j.3), number(Some(j.4))];
         let head = ["joint", "slope", "share", "explained", "range, rad (m)"];
-        let said = [self.findings(), self.untold()].concat();
+        let said = [self.findings(), self.not_checked()].concat();
         let said = if self.state.1.is_empty() { [vec!["nothing is contradicted".into()], said].concat() } else { said };
         html::table("log and description", &head, self.state.4.iter().map(of)) + &html::list(&said)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PassportState,))> {
-        Ok((py.import("rist")?.getattr("_passport")?, (self.state.clone(),)))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (LogCheckState,))> {
+        Ok((py.import("rist")?.getattr("_log_check")?, (self.state.clone(),)))
     }
 }
 
-/// What a pickle of a passport calls.
+/// Rebuilds a check from its pickle.
 #[pyfunction]
-pub fn _passport(state: PassportState) -> Passport {
-    Passport { state }
+pub fn _log_check(state: LogCheckState) -> LogCheck {
+    LogCheck { state }
 }
 
 /// Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
@@ -316,7 +324,7 @@ pub fn doctor(
     model: &Bound<'_, PyAny>,
     logs: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Passport> {
+) -> PyResult<LogCheck> {
     let model = Model::of(model)?;
     let model = model.get();
     let request: DoctorRequest = Call::new("doctor", &[], options)?.request()?;
@@ -324,5 +332,5 @@ pub fn doctor(
     let given = crate::logs::logs(logs)?;
     let inner =
         work(py, None, |_| rist::examine(&model.inner, &open(given, &model.inner, &options.columns)?, &options))?;
-    Ok(Passport::of(&inner))
+    Ok(LogCheck::of(&inner))
 }

@@ -1,9 +1,9 @@
-//! The package `rist` of Python: the library `rist`, with arrays of NumPy for slices and keyword arguments for options.
+//! The Python package `rist`: the library `rist` with NumPy arrays for slices and keyword arguments for options.
 //!
 //! Nothing is computed here. Functions are named after the commands of the program, most options after its flags, classes
-//! after the library. `Model.regressor` is that of the standard parameters; the library's `Model::regressor` is
-//! `Model.base_regressor` here. Long work runs without the interpreter lock (`work`). A failure is `rist.Error` with the
-//! program's message.
+//! after the library. `Model.regressor` is the regressor of the standard parameters; `Model::regressor` of the library is
+//! `Model.base_regressor` here. Long work runs without the interpreter lock (`work`). A failure raises `rist.Error` with the
+//! message of the program.
 
 mod arrays;
 mod arrow;
@@ -49,7 +49,7 @@ mod module {
     #[pymodule_export]
     use crate::fleet::{_accumulator, Accumulator, Comparison, compare};
     #[pymodule_export]
-    use crate::identify::{_passport, Passport, doctor, identify};
+    use crate::identify::{_log_check, LogCheck, doctor, identify};
     #[pymodule_export]
     use crate::model::{_model, Model};
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Logs as Python has them: paths, dicts of arrays, frames.
+//! Logs as Python arguments: paths, dicts of arrays, frames.
 
 use std::path::{Path, PathBuf};
 
@@ -8,61 +8,61 @@ use rist::{Array, ColumnNames, LogSource, Table};
 #[cfg(feature = "statics")]
 use statics::{WrenchOptions, Wrenches};
 
-use crate::arrays::{Rows, seconds};
+use crate::arrays::{RowMajor, seconds};
 use crate::arrow;
 use crate::error::{OrError, error};
 
-/// A log, as far as Python is needed to read it.
-pub enum Given {
+/// A log argument that needs no interpreter any more: a path, or a table of numbers.
+pub enum LogArgument {
     Path(PathBuf),
     Table(Box<Table>),
 }
 
-impl Given {
-    /// Opens it.
+impl LogArgument {
+    /// Opens the log for a model.
     pub fn open(self, model: &rist::Model, names: &ColumnNames) -> Result<LogSource, rist::Error> {
         match self {
-            Given::Path(path) => model.open_log(&path, names).map(|(log, _)| log),
-            Given::Table(table) => model.log_of_table(*table, names).map(|(log, _)| log),
+            LogArgument::Path(path) => model.open_log(&path, names).map(|(log, _)| log),
+            LogArgument::Table(table) => model.log_of_table(*table, names).map(|(log, _)| log),
         }
     }
 
-    /// The log of a force-torque sensor in it.
+    /// The log read as the log of a force-torque sensor.
     #[cfg(feature = "statics")]
     pub fn wrenches(self, options: &WrenchOptions) -> Result<Wrenches, rist::Error> {
         Ok(match self {
-            Given::Path(path) => Wrenches::read(&path, options)?,
-            Given::Table(table) => Wrenches::of_table(&table, options)?,
+            LogArgument::Path(path) => Wrenches::read(&path, options)?,
+            LogArgument::Table(table) => Wrenches::of_table(&table, options)?,
         })
     }
 
-    /// The file, where it is one.
+    /// The path; `None` for a table.
     pub fn path(&self) -> Option<&Path> {
         match self {
-            Given::Path(path) => Some(path),
-            Given::Table(_) => None,
+            LogArgument::Path(path) => Some(path),
+            LogArgument::Table(_) => None,
         }
     }
 }
 
-/// Logs: one, or a list of them.
-pub fn logs(given: &Bound<'_, PyAny>) -> PyResult<Vec<Given>> {
+/// The logs of an argument: one log, or a list of logs.
+pub fn logs(given: &Bound<'_, PyAny>) -> PyResult<Vec<LogArgument>> {
     if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
         return given.try_iter()?.enumerate().map(|(k, log)| one(&log?, Some(k + 1))).collect();
     }
     Ok(vec![one(given, None)?])
 }
 
-/// Opens logs.
-pub fn open(given: Vec<Given>, model: &rist::Model, names: &ColumnNames) -> Result<Vec<LogSource>, rist::Error> {
+/// Opens logs for a model.
+pub fn open(given: Vec<LogArgument>, model: &rist::Model, names: &ColumnNames) -> Result<Vec<LogSource>, rist::Error> {
     given.into_iter().map(|log| log.open(model, names)).collect()
 }
 
-/// Takes a path, a dict of arrays, or an object with `__arrow_c_stream__`. `number`: its place in a list.
-fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<Given> {
+/// Takes a path, a dict of arrays, or an object with `__arrow_c_stream__`. `number`: its number in a list, for messages.
+fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<LogArgument> {
     let named = |what: &str| number.map_or(what.to_string(), |k| format!("{what} {k}"));
     if let Ok(path) = given.extract::<PathBuf>() {
-        return Ok(Given::Path(path));
+        return Ok(LogArgument::Path(path));
     }
     if let Ok(arrays) = given.cast::<PyDict>() {
         return of_dict(arrays, &named("arrays"));
@@ -77,13 +77,13 @@ fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<Given> {
     )))
 }
 
-fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<Given> {
+fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<LogArgument> {
     let (mut arrays, mut texts) = (Vec::new(), Vec::new());
     for (key, value) in given {
         let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
         let in_seconds = seconds(&value)?;
-        match Rows::of_log(&key, in_seconds.as_ref().unwrap_or(&value)) {
-            // A lone number is a scalar: NumPy makes an array of one of it.
+        match RowMajor::of_log(&key, in_seconds.as_ref().unwrap_or(&value)) {
+            // A single number becomes an array without dimensions in NumPy.
             Ok(rows) => arrays.push((key, Array { shape: rows.shape().to_vec(), values: rows.numbers()?.to_vec() })),
             Err(_) => texts.push((key, format!("a value of type {}", value.get_type().qualname()?))),
         }
@@ -91,7 +91,7 @@ fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<Given> {
     table(name, arrays, texts)
 }
 
-fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Given> {
+fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<LogArgument> {
     let (mut arrays, mut texts) = (Vec::new(), Vec::new());
     for column in arrow::columns(given)? {
         match column.content {
@@ -102,8 +102,8 @@ fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Given> {
     table(name, arrays, texts)
 }
 
-fn table(name: &str, arrays: Vec<(String, Array)>, texts: Vec<(String, String)>) -> PyResult<Given> {
+fn table(name: &str, arrays: Vec<(String, Array)>, texts: Vec<(String, String)>) -> PyResult<LogArgument> {
     let mut table = Table::from_arrays(name, arrays).or_error()?;
     texts.into_iter().for_each(|(column, what)| table.add_text(column, what));
-    Ok(Given::Table(Box::new(table)))
+    Ok(LogArgument::Table(Box::new(table)))
 }

@@ -15,9 +15,9 @@ use crate::arrays::array;
 use crate::artefact::{hash, save};
 use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
-use crate::error::{OrError, error, for_python};
+use crate::error::{OrError, error, for_python, renamed};
 use crate::estimate::Estimate;
-use crate::evaluate::{Argument, Array, Evaluations, by_keyword, evaluate, of_link};
+use crate::evaluate::{OptionalArgument, Array, Evaluations, by_keyword, evaluate, of_link};
 use crate::html;
 use crate::work::alone;
 
@@ -54,27 +54,27 @@ use crate::work::alone;
 #[pyclass(frozen, module = "rist")]
 pub struct Model {
     pub inner: Arc<rist::Model>,
-    /// The description, for pickles.
+    /// The text of the description, for pickles.
     pub text: String,
     pub options: ModelOptions,
-    /// What was evaluated, by name.
+    /// Derived evaluations, by the name of the function.
     pub evaluations: Evaluations,
 }
 
 impl Model {
-    /// The same description, read as it was for another model.
+    /// A model of the same description with the options of `inner`.
     pub fn read_as(&self, inner: rist::Model) -> Model {
         let options = inner.description.as_ref().map(ModelOptions::of_description).unwrap_or_default();
         Model { inner: Arc::new(inner), text: self.text.clone(), options, evaluations: Default::default() }
     }
 
-    /// A model, or the path of its description, which is read as it stands.
+    /// A model, or the path of its description, which is read with default options.
     pub fn of<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
         Model::read_with(given, ModelOptions::default())
     }
 
-    /// The model with which an estimate predicts: that of the estimate where the description is the same, since the estimate
-    /// may have rotor inertias that a URDF cannot say.
+    /// The model for predictions of an estimate: the model of the estimate where the description is the same, since it
+    /// may have rotor inertias that a URDF cannot state.
     pub fn for_estimate<'py>(given: &Bound<'py, PyAny>, estimate: &Estimate) -> PyResult<Bound<'py, Model>> {
         let py = given.py();
         let described = estimate.inner.description.clone().unwrap_or_default();
@@ -82,7 +82,7 @@ impl Model {
         if let Some(used) = estimate.model.as_ref().filter(|used| used.get().text == model.get().text) {
             return Ok(used.bind(py).clone());
         }
-        // What the model was read with goes over what the estimate was made with, key by key.
+        // Options of the given model override the options of the estimate, key by key.
         let Model { inner, text, options, .. } = model.get();
         let over = options.over(&described).or_error()?;
         if over.description() == inner.description {
@@ -91,7 +91,7 @@ impl Model {
         Bound::new(py, Model::derive(py, text.clone(), inner.path.clone(), over)?)
     }
 
-    /// A model as it is, or a description read with these options.
+    /// The given model, or a description read with these options.
     fn read_with<'py>(given: &Bound<'py, PyAny>, options: ModelOptions) -> PyResult<Bound<'py, Model>> {
         if let Ok(model) = given.cast::<Model>() {
             return Ok(model.clone());
@@ -107,7 +107,7 @@ impl Model {
         Bound::new(given.py(), Model::derive(given.py(), text, path, options)?)
     }
 
-    /// The same description with another choice of joints that have a rotor inertia.
+    /// A model of the same description with another selection of joints that have a rotor inertia.
     pub fn with_rotors<'py>(this: &Bound<'py, Model>, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
         let (py, model) = (this.py(), this.get());
         let asked = PyDict::new(py);
@@ -137,7 +137,7 @@ impl Model {
         Ok(Model { inner: Arc::new(model), text, options, evaluations: Default::default() })
     }
 
-    /// Path, text and options of the description, of which a pickle is made.
+    /// Path, text and options of the description for a pickle.
     pub fn state<'py>(&self, py: Python<'py>) -> PyResult<(String, String, Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         for (name, value) in self.options.given() {
@@ -146,7 +146,7 @@ impl Model {
         Ok((self.inner.path.display().to_string(), self.text.clone(), options))
     }
 
-    /// The base parameters and their rules, for notebooks.
+    /// The base parameters and their rules as an HTML table for notebooks.
     pub fn rules_table(&self) -> String {
         let rules = self.inner.parameters.rules();
         let rows = self.inner.parameters.base.iter().zip(rules.base).map(|(b, rule)| vec![b.name.clone(), rule]);
@@ -155,7 +155,7 @@ impl Model {
     }
 }
 
-/// The options of a description out of keyword arguments.
+/// The options of a description from keyword arguments.
 fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResult<ModelOptions> {
     Call::new(function, &[], given)?.request()
 }
@@ -198,7 +198,7 @@ impl Model {
         Model::derive(py, text, path, options)
     }
 
-    /// The same of a text; `name` ends in .yaml, .urdf or .par, which tells its format, and stands in messages.
+    /// Reads a description from a text; `name` ends in .yaml, .urdf or .par, which is its format, and is used in messages.
     ///
     /// Options:
     /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
@@ -256,10 +256,17 @@ impl Model {
         standard_names(&self.inner)
     }
 
-    /// The base parameters of the description's inertial parameters, (p,); None where it has none.
+    /// Nominal base parameters, from the inertials of the description, (p,); None where it has none.
+    #[getter]
+    fn nominal_parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        self.inner.nominal_parameters().map(|x| array(py, &[x.len()], &x)).transpose()
+    }
+
+    /// The former name of `nominal_parameters`.
     #[getter]
     fn described_parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
-        self.inner.described_parameters().map(|x| array(py, &[x.len()], &x)).transpose()
+        renamed(py, "described_parameters is called nominal_parameters")?;
+        self.nominal_parameters(py)
     }
 
     /// Whether the base regressor is compiled into this package; other robots are evaluated by tape.
@@ -270,7 +277,7 @@ impl Model {
 
     /// Y(q, dq, ddq) of the standard parameters, tau = Y X: shape (N, n, p_s), N m (N) per unit of the parameter.
     #[pyo3(signature = (q, dq=None, ddq=None))]
-    fn regressor(&self, q: &Array, dq: Argument, ddq: Argument) -> PyResult<Py<PyAny>> {
+    fn regressor(&self, q: &Array, dq: OptionalArgument, ddq: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("regressor", [Some(q), dq, ddq], None, &[])
     }
 
@@ -278,7 +285,7 @@ impl Model {
     ///
     /// reshape(-1, p) makes the observation matrix of it without a copy.
     #[pyo3(signature = (q, dq=None, ddq=None))]
-    fn base_regressor(&self, q: &Array, dq: Argument, ddq: Argument) -> PyResult<Py<PyAny>> {
+    fn base_regressor(&self, q: &Array, dq: OptionalArgument, ddq: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("base-regressor", [Some(q), dq, ddq], None, &[])
     }
 
@@ -286,38 +293,38 @@ impl Model {
     ///
     /// parameters: p base or p_s standard ones, or an Estimate; without them those of the description.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
-    fn torque(&self, q: &Array, dq: Argument, ddq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn torque(&self, q: &Array, dq: OptionalArgument, ddq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("inverse-dynamics", [Some(q), dq, ddq], parameters, &[])
     }
 
     /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn inertia_matrix(&self, q: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn inertia_matrix(&self, q: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("inertia-matrix", [Some(q), None, None], parameters, &[])
     }
 
     /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, dq=None, parameters=None))]
-    fn bias(&self, q: &Array, dq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn bias(&self, q: &Array, dq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("bias", [Some(q), dq, None], parameters, &[])
     }
 
     /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn gravity(&self, q: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn gravity(&self, q: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("gravity", [Some(q), None, None], parameters, &[])
     }
 
     /// Kinetic and potential energy, shape (N, 2), J; parameters as of `torque`. With base parameters the potential one is
     /// determined up to a constant.
     #[pyo3(signature = (q, dq=None, parameters=None))]
-    fn energy(&self, q: &Array, dq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn energy(&self, q: &Array, dq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("energies", [Some(q), dq, None], parameters, &[])
     }
 
     /// The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`.
     #[pyo3(signature = (q, dq, tau, parameters=None))]
-    fn forward_dynamics(&self, q: &Array, dq: Argument, tau: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
+    fn forward_dynamics(&self, q: &Array, dq: OptionalArgument, tau: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("forward-dynamics", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 
@@ -326,9 +333,9 @@ impl Model {
     fn torque_derivatives(
         &self,
         q: &Array,
-        dq: Argument,
-        ddq: Argument,
-        parameters: Argument,
+        dq: OptionalArgument,
+        ddq: OptionalArgument,
+        parameters: OptionalArgument,
     ) -> PyResult<Py<PyTuple>> {
         self.several("inverse-dynamics-derivatives", [Some(q), dq, ddq], parameters, &[])
     }
@@ -338,9 +345,9 @@ impl Model {
     fn forward_dynamics_derivatives(
         &self,
         q: &Array,
-        dq: Argument,
+        dq: OptionalArgument,
         tau: &Array,
-        parameters: Argument,
+        parameters: OptionalArgument,
     ) -> PyResult<Py<PyTuple>> {
         self.several("forward-dynamics-derivatives", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
@@ -366,10 +373,10 @@ impl Model {
         &self,
         py: Python<'py>,
         function: &str,
-        q: Argument<'_, 'py>,
-        dq: Argument<'_, 'py>,
-        ddq: Argument<'_, 'py>,
-        parameters: Argument<'_, 'py>,
+        q: OptionalArgument<'_, 'py>,
+        dq: OptionalArgument<'_, 'py>,
+        ddq: OptionalArgument<'_, 'py>,
+        parameters: OptionalArgument<'_, 'py>,
         others: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let others = by_keyword(others)?;
@@ -403,7 +410,7 @@ impl Model {
         symbols: Vec<String>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
-        // The command that would make the same source, for its banner.
+        // The equivalent command for the banner of the source.
         let values = [
             ("language", language.into()),
             ("functions", functions.into()),
@@ -477,7 +484,7 @@ impl Model {
     }
 }
 
-/// What a pickle of a model calls.
+/// Rebuilds a model from its pickle.
 #[pyfunction]
 pub fn _model(py: Python<'_>, path: PathBuf, text: String, options: &Bound<'_, PyDict>) -> PyResult<Model> {
     Model::derive(py, text, path, self::options("Model", Some(options))?)

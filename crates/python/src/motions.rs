@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use pyo3::prelude::*;
 use rist::motion::motion_portrait::{ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest, PlanProof};
-use rist::request::spelling::Reader;
-use rist::{Player, TrajectoryFormat, trajectory_file};
+use rist::request::spelling::Audience;
+use rist::{PlayFormat, TrajectoryFormat, trajectory_file};
 
 use crate::artefact::{artefact, make_directory, read_text, save};
 use crate::error::{OrError, error};
@@ -41,7 +41,7 @@ artefact! {
         Ok(())
     }
     /// Writes one self-contained HTML page. With its model, or the path of its description, the limits of each experiment and the
-    /// worth of the plan are proved anew; without one the page tells what the file says.
+    /// worth of the plan are proved anew; without one the page shows the statements of the file.
     #[pyo3(signature = (path, date=None, model=None))]
     fn report(
         &self,
@@ -58,22 +58,22 @@ artefact! {
 }
 
 impl ExperimentPlan {
-    /// Its page, with what was proved anew of it.
+    /// The page of the plan, with a new proof where there is one.
     fn page_with(&self, date: Option<&str>, model: Option<&rist::Model>, plan_proof: Option<&PlanProof>) -> String {
         let command = "rist.ExperimentPlan.report";
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
-        let (plan, reader) = (Some(&self.inner), Reader::Python);
+        let (plan, reader) = (Some(&self.inner), Audience::Python);
         let request = PageRequest { model, plan, plan_proof, origin, reader, ..PageRequest::default() };
         rist::page::page(&request).0
     }
 
-    /// Its page as its file tells it.
+    /// The page of the plan without a new proof.
     fn page(&self, date: Option<&str>) -> Option<String> {
         let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
         Some(self.page_with(date, model, None))
     }
 
-    /// A plan, or the path of one; refused where it was made with another model.
+    /// A plan, or the path of one. Fails where it was made with another model.
     pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::motion::planning::ExperimentPlan> {
         let (plan, path) = match given.cast::<ExperimentPlan>() {
             Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
@@ -124,7 +124,7 @@ artefact! {
         let given = model.map(Model::of).transpose()?;
         let given = given.as_ref().map(|model| &*model.get().inner);
         let page = match given {
-            Some(model) => alone(py, || self.page_with(date, Shown::ProvedAnew(model)))?,
+            Some(model) => alone(py, || self.page_with(date, ProofOrigin::ProvedAnew(model)))?,
             None => self.page_with(date, self.shown()),
         };
         save(&path, &page.or_error()?.0, &[])
@@ -140,10 +140,10 @@ artefact! {
         let model = &model.inner;
         model.check(Path::new("the motion"), &self.inner.model).or_error()?;
         if !self.inner.proven && !unproven {
-            let faults = self.inner.ledger().faults().join("; ");
+            let faults = self.inner.claims().faults().join("; ");
             return Err(error(format_args!("its limits are not proven: {faults} (unproven=True writes it anyway)")));
         }
-        let player = Player::of_file(&path, model).or_error()?;
+        let player = PlayFormat::of_file(&path, model).or_error()?;
         save(&path, &player.text(&self.inner).or_error()?, &[&model.path])
     }
     /// Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
@@ -163,39 +163,39 @@ artefact! {
     }
 }
 
-/// Where what a page says of a motion comes from.
-enum Shown<'a> {
-    /// The search of this model, which proved it.
+/// The origin of the proof that a page shows for a motion.
+enum ProofOrigin<'a> {
+    /// The search with this model, which proved the limits.
     Found(&'a rist::Model),
-    /// A proof that is made for the page, whatever the file says.
+    /// A new proof for the page, independent of the statements in the file.
     ProvedAnew(&'a rist::Model),
-    /// The file.
+    /// The statements in the file, without a model.
     OfFile,
 }
 
 impl ExcitingMotion {
-    /// Its page and the charts of it, drawn in full where the model is there.
-    fn page_with(&self, date: Option<&str>, shown: Shown<'_>) -> Result<(String, Vec<(String, String)>), rist::Error> {
+    /// The page of the motion and its charts; complete only with a model.
+    fn page_with(&self, date: Option<&str>, shown: ProofOrigin<'_>) -> Result<(String, Vec<(String, String)>), rist::Error> {
         let (artefact, file) = (&self.inner, Path::new("motion"));
-        let (model, portrait) = match shown {
-            Shown::Found(model) => (Some(model), found_motion(model, artefact)?),
-            Shown::ProvedAnew(model) => (Some(model), checked_motion(model, file, artefact)?),
-            Shown::OfFile => (None, motion_of_file(file, artefact)?),
+        let (model, plot_data) = match shown {
+            ProofOrigin::Found(model) => (Some(model), found_motion(model, artefact)?),
+            ProofOrigin::ProvedAnew(model) => (Some(model), checked_motion(model, file, artefact)?),
+            ProofOrigin::OfFile => (None, motion_of_file(file, artefact)?),
         };
         let command = "rist.ExcitingMotion.report";
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
-        let motion = Some(ShownMotion { artefact, portrait: &portrait });
-        let request = PageRequest { model, motion, origin, reader: Reader::Python, ..PageRequest::default() };
+        let motion = Some(ShownMotion { artefact, plot_data: &plot_data });
+        let request = PageRequest { model, motion, origin, reader: Audience::Python, ..PageRequest::default() };
         let (page, pictures) = rist::page::page(&request);
         Ok((page, pictures))
     }
 
-    /// As it was made.
-    fn shown(&self) -> Shown<'_> {
-        self.model.as_ref().map_or(Shown::OfFile, |model| Shown::Found(&model.get().inner))
+    /// The search where the model is known, otherwise the file.
+    fn shown(&self) -> ProofOrigin<'_> {
+        self.model.as_ref().map_or(ProofOrigin::OfFile, |model| ProofOrigin::Found(&model.get().inner))
     }
 
-    /// Its page, where it can be drawn.
+    /// The page of the motion; `None` where it cannot be drawn.
     fn page(&self, date: Option<&str>) -> Option<String> {
         Some(self.page_with(date, self.shown()).ok()?.0)
     }

@@ -1,4 +1,4 @@
-//! The program `rist`, which the package brings along: rist/_program.py calls it.
+//! The program `rist`, which is part of the package: rist/_program.py calls it.
 
 use std::ffi::OsString;
 use std::panic::catch_unwind;
@@ -8,14 +8,14 @@ use pyo3::prelude::*;
 
 use crate::error::OrError;
 
-/// What a program of Rust ends with where it panics.
-const DEFECT: u8 = 101;
+/// The exit code of a Rust program that panics.
+const PANIC_EXIT_CODE: u8 = 101;
 
 /// Runs the program with the words of a command line, and returns its exit code. Without the interpreter lock.
 #[pyfunction]
 pub fn _run_program(py: Python<'_>, words: Vec<OsString>) -> u8 {
-    // What a panic says stands on standard error already.
-    py.detach(|| catch_unwind(|| cli::run_program(words)).unwrap_or(DEFECT))
+    // The message of a panic is already on standard error.
+    py.detach(|| catch_unwind(|| cli::run_program(words)).unwrap_or(PANIC_EXIT_CODE))
 }
 
 /// Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.

@@ -1,4 +1,4 @@
-//! `rist.validate`: an estimate and logs it was not made from -> how well it predicts.
+//! `rist.validate`: the prediction error of an estimate on logs that were not fitted.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use rist::fit::validation::{ValidateRequest, is_fitted};
 use rist::page::{Origin, PageRequest};
 use rist::request::Request;
-use rist::request::spelling::Reader;
+use rist::request::spelling::Audience;
 
 use crate::artefact::{artefact, save};
 use crate::call::Call;
@@ -64,13 +64,13 @@ artefact! {
 }
 
 impl Validation {
-    /// Its page.
+    /// The page of the validation.
     fn page(&self, date: Option<&str>) -> Option<String> {
         let request = PageRequest {
             model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
             validation: Some(&self.inner),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Validation.report", model: None },
-            reader: Reader::Python,
+            reader: Audience::Python,
             ..PageRequest::default()
         };
         Some(rist::page::page(&request).0)
@@ -99,7 +99,7 @@ pub fn validate(
     let used = Model::for_estimate(model, estimate)?;
     let (model, estimate, logs) = (&used.get().inner, &estimate.inner, self::logs(logs)?);
     model.check_estimate("the estimate".as_ref(), estimate).or_error()?;
-    // A log that the estimate was made from proves nothing.
+    // A log that was fitted proves nothing.
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {

@@ -17,7 +17,7 @@ pub struct Verdict {
     pub said: Said,
 }
 
-/// A verdict and its sentences. Claims are written and never read, so what comes out of a pickle has the sentences alone.
+/// A verdict and its sentences. Claims are written but never read, so that a verdict from a pickle has only the sentences.
 #[derive(Clone)]
 pub struct Said {
     pub inner: rist::fit::verdict::Verdict,
@@ -31,7 +31,7 @@ impl From<rist::fit::verdict::Verdict> for Said {
     }
 }
 
-/// An answer for one use, as a pickle holds it: name, trust, error, the joint least sure.
+/// The answer for one use in a pickle: name, trust, relative error, and the joint with the largest error.
 type UseParts = (String, String, Option<f64>, Option<(String, f64)>);
 
 #[pymethods]
@@ -117,7 +117,7 @@ impl Verdict {
     }
 }
 
-/// What a pickle holds.
+/// Content of a pickle: trust, found, reasons, next, uses, claims, text.
 type Parts = (String, String, Vec<String>, String, Vec<UseParts>, Vec<String>, String);
 
 fn trust(word: &str) -> Trust {
@@ -128,7 +128,7 @@ fn trust(word: &str) -> Trust {
     }
 }
 
-/// What a pickle of a verdict calls.
+/// Rebuilds a verdict from its pickle.
 #[pyfunction]
 pub fn _verdict(
     word: &str,

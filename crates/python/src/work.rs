@@ -1,6 +1,6 @@
 //! Long work without the interpreter lock. It reports its progress, and Ctrl-C ends it.
 //!
-//! The library works on a thread of its own. The caller's thread waits, hands progress to the callback, and checks for
+//! The library works on its own thread. The caller's thread waits, passes progress to the callback, and checks for
 //! signals. A panic becomes an exception. A signal or an exception raises a flag, which the work checks between its parts.
 
 use std::any::Any;
@@ -16,10 +16,10 @@ use crate::error::{OrError, error};
 /// Time between two checks for signals.
 const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Stack of the thread, as large as that of a main thread, because derivations recurse.
+/// Stack of the thread, as large as the stack of a main thread, because derivations recurse.
 const WORKER_STACK_BYTES: usize = 8 << 20;
 
-/// Progress of the work: parts done, parts in all, and the best result so far, in words.
+/// Progress of the work: parts done, number of parts, and the best result so far, in words.
 pub struct Progress {
     done: usize,
     all: usize,
@@ -30,7 +30,7 @@ pub struct Progress {
 pub struct Reporter(Sender<Progress>);
 
 impl Reporter {
-    /// Reports the progress. Nobody may be listening any more, which is no error.
+    /// Reports the progress. An absent receiver is no error.
     pub fn tell(&self, done: usize, all: usize, text: &str) {
         let _ = self.0.send(Progress { done, all, text: text.into() });
     }
@@ -86,7 +86,7 @@ pub fn alone<T: Send>(py: Python<'_>, task: impl FnOnce() -> T + Send) -> PyResu
     py.detach(|| catch_unwind(AssertUnwindSafe(task)).map_err(|panic| defect(panic.as_ref())))
 }
 
-/// A panic as the exception that `except Exception` catches; PanicException is none.
+/// A panic as an exception that `except Exception` catches, which does not catch PanicException.
 fn defect(panic: &(dyn Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or("without a message".into());

@@ -114,24 +114,24 @@ def test_everything_becomes_a_dict(estimate, motion):
     import json
 
     validation, verdict = rist.validate(URDF, estimate, OTHER)
-    passport = rist.doctor(URDF, LOG)
-    for thing in (estimate, validation, verdict, passport, motion, estimate.model):
+    check = rist.doctor(URDF, LOG)
+    for thing in (estimate, validation, verdict, check, motion, estimate.model):
         values = thing.to_dict()
         # Dicts, lists, texts and numbers: what a file of JSON takes.
         assert json.loads(json.dumps(values)) == values and len(values) > 3, thing
     assert len(estimate.to_dict()["parameters"]) == len(estimate)
     assert validation.to_dict()["total"] == validation.total and verdict.to_dict()["trust"] == verdict.trust
-    assert passport.joints["coordinate"] == estimate.model.coordinates
+    assert check.joints["coordinate"] == estimate.model.coordinates
 
 
 def test_equal_is_what_says_the_same(estimate, motion):
     validation, verdict = rist.validate(URDF, estimate, OTHER)
-    passport = rist.doctor(URDF, LOG)
-    for thing in (estimate, validation, verdict, passport, motion, estimate.model, estimate.model.base_parameters):
+    check = rist.doctor(URDF, LOG)
+    for thing in (estimate, validation, verdict, check, motion, estimate.model, estimate.model.base_parameters):
         copy = pickle.loads(pickle.dumps(thing))
         assert copy == thing and hash(copy) == hash(thing) and thing != 3 and not thing != copy
     others = rist.validate(URDF, estimate, LOG)
-    assert others[0] != validation and others[1] != verdict and rist.doctor(URDF, OTHER) != passport
+    assert others[0] != validation and others[1] != verdict and rist.doctor(URDF, OTHER) != check
     assert rist.identify(URDF, OTHER) != estimate
 
 
@@ -167,8 +167,8 @@ def test_a_simulation_says_what_it_assumed_and_warns_of_nothing(motion):
 
 def test_plots_are_axes_or_pictures(estimate, motion, has_matplotlib, tmp_path):
     validation, _ = rist.validate(URDF, estimate, OTHER)
-    passport = rist.doctor(URDF, LOG)
-    for thing in (estimate, motion, validation, passport):
+    check = rist.doctor(URDF, LOG)
+    for thing in (estimate, motion, validation, check):
         drawn = thing.plot()
         if not has_matplotlib:
             assert type(drawn) is rist.Picture and "data:image/svg+xml;base64," in drawn._repr_html_()
@@ -185,7 +185,7 @@ def test_plots_are_axes_or_pictures(estimate, motion, has_matplotlib, tmp_path):
         for k, axis in enumerate(axes):
             np.testing.assert_array_equal(axis.lines[0].get_ydata(), series["measured"][:, k])
             np.testing.assert_array_equal(axis.lines[1].get_ydata(), series["predicted"][:, k])
-        assert [bar.get_width() for bar in passport.plot()[0].patches] == passport.joints["slope"]
+        assert [bar.get_width() for bar in check.plot()[0].patches] == check.joints["slope"]
 
 
 def page_in(html):
@@ -299,9 +299,9 @@ def test_no_message_speaks_in_flags(ur5, tmp_path):
     for case in (degrees, dict(log, tau=-log["tau"]), dict(log, tau=np.roll(log["tau"], 8, axis=0))):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            estimate, passport = rist.identify(ur5, case), rist.doctor(ur5, case)
+            estimate, check = rist.identify(ur5, case), rist.doctor(ur5, case)
         said += [str(w.message) for w in caught]
-        said += [*estimate.remarks, *estimate.findings, repr(estimate), *passport.findings, *passport.claims, repr(passport)]
+        said += [*estimate.remarks, *estimate.findings, repr(estimate), *check.findings, *check.claims, repr(check)]
     columns = {"time": log["t"], **{f"achse_{k}": log["q"][:, k] for k in range(6)}}
     for case in (short, columns, {"t": log["t"]}, {"t": log["t"], "q": log["q"][:, :5], "tau": log["tau"]}):
         with pytest.raises(rist.Error) as raised:

@@ -57,11 +57,11 @@ def defaults_of(stub):
 def test_an_editor_shows_what_help_says():
     """Docstrings in the stub, which editors show, are those of the package, on every function, method and property."""
     stubs = ast.parse((ROOT / "crates/python/python/rist/__init__.pyi").read_text()).body
-    told = 0
+    counted = 0
     for node in stubs:
         if isinstance(node, ast.FunctionDef):
             assert ast.get_docstring(node) == inspect.getdoc(getattr(rist, node.name)), node.name
-            told += 1
+            counted += 1
         elif isinstance(node, ast.ClassDef) and node.name != "Frame":
             for member in node.body:
                 is_overload = isinstance(member, ast.FunctionDef) and any(getattr(d, "id", "") == "overload" for d in member.decorator_list)
@@ -69,8 +69,8 @@ def test_an_editor_shows_what_help_says():
                     continue
                 said = inspect.getdoc(getattr(getattr(rist, node.name), member.name))
                 assert said and ast.get_docstring(member) == said, f"{node.name}.{member.name}"
-                told += 1
-    assert told > 110
+                counted += 1
+    assert counted > 110
 
 
 def test_every_name_has_its_stub():

@@ -17,9 +17,9 @@ def planar():
 def test_the_walk_is_that_of_the_program(program, tmp_path):
     path = MODELS / "race.yaml"
     race = rist.Model.read(path)
-    told = []
-    plan = rist.plan(race, experiments=4, starts=3, configurations=20, progress=lambda *x: told.append(x))
-    assert [x[0] for x in told] == [1, 2, 3]
+    calls = []
+    plan = rist.plan(race, experiments=4, starts=3, configurations=20, progress=lambda *x: calls.append(x))
+    assert [x[0] for x in calls] == [1, 2, 3]
     plan.save(tmp_path / "plan.yaml")
     flags = ["--experiments", 4, "--starts", 3, "--configurations", 20]
     program("plan", path, *flags, "--out", tmp_path / "program.yaml")
@@ -38,7 +38,7 @@ def test_the_walk_is_that_of_the_program(program, tmp_path):
     found = rist.identify(race, tmp_path / "logs", method="rist-mh", plan=plan, gain={"q3": 1.0})
     program("identify", path, tmp_path / "logs", "--plan", tmp_path / "plan.yaml", "--method", "rist-mh", "--gain", "q3=1", "--out", tmp_path / "estimate.yaml")
     assert found.to_yaml() == (tmp_path / "estimate.yaml").read_text()
-    # Four experiments for eighteen parameters: the gains are told to a few per cent.
+    # Four experiments for eighteen parameters: the gains are determined to a few per cent.
     assert found.parameters["KT1"] == pytest.approx(2.393, rel=0.05)
     motions = sorted((tmp_path / "logs").glob("v*.csv"))
     validation, verdict = rist.validate(race, found, motions)
@@ -148,7 +148,7 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     assert sorted(logs) == ["motion", "v01"]
     first = rist.identify(planar, logs["motion"], covariance=True)
     second = rist.excite(planar, after=first, **options)
-    # What is told of each parameter includes what the first motion told.
+    # The information on each parameter includes the information of the first motion.
     assert second.proven and "identified:" in second.to_yaml() and "identified:" not in motion.to_yaml()
     for wrong, said in [(dict(harmonics=0), "harmonics= is 0"), (dict(start=3), r"no option `start` \(did you mean starts=\?\)")]:
         with pytest.raises(rist.Error, match=said):

@@ -120,7 +120,7 @@ def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
 def test_what_an_estimate_can_do(ur5, log, csv, estimate, tmp_path):
     names = estimate.names
     assert len(names) == len(estimate.values) == len(estimate.sigma) == len(estimate.units) == len(estimate.status)
-    truth = dict(zip(ur5.base_parameters.names, ur5.described_parameters))
+    truth = dict(zip(ur5.base_parameters.names, ur5.nominal_parameters))
     for name, value, sigma in zip(names, estimate.values, estimate.sigma):
         if name in truth:
             # Six deviations: parts and bands are few draws.
@@ -184,8 +184,8 @@ def test_a_load_and_a_doctor(ur5, log, csv):
     heavy = dict(log, tau=log["tau"] + ur5.gravity(log["q"]) * 0.1)
     found = rist.identify(ur5, csv, loaded=heavy)
     assert "load on" in found.load
-    passport = rist.doctor(ur5, dict(log, tau=-log["tau"]))
-    assert passport.is_gross and any("sign" in finding for finding in passport.findings)
+    check = rist.doctor(ur5, dict(log, tau=-log["tau"]))
+    assert check.is_gross and any("sign" in finding for finding in check.findings)
     assert not rist.doctor(ur5, csv).is_gross
 
 
@@ -193,22 +193,34 @@ def test_every_class_is_pickled(ur5, log, csv, estimate):
     """What a class shows is what its pickle shows; plans, motions and sums have tests of their own."""
     heavy = rist.identify(ur5, csv, loaded=dict(log, tau=log["tau"] + ur5.gravity(log["q"]) * 0.1))
     validation, verdict = rist.validate(ur5, estimate, log_of(ur5, seed=2))
-    passport = rist.doctor(ur5, dict(log, tau=-log["tau"]))
-    for thing in (ur5, ur5.base_parameters, heavy, validation, verdict, passport):
+    check = rist.doctor(ur5, dict(log, tau=-log["tau"]))
+    for thing in (ur5, ur5.base_parameters, heavy, validation, verdict, check):
         copy = pickle.loads(pickle.dumps(thing))
         assert type(copy) is type(thing) and repr(copy) == repr(thing)
         # The page of an estimate lists each claim, of which a pickle holds the sentence alone.
         assert copy._repr_html_() == thing._repr_html_() or (thing is heavy and "<iframe" in copy._repr_html_())
     copy = pickle.loads(pickle.dumps(heavy))
     assert copy.load == heavy.load != None and copy.findings == heavy.findings
-    copy = pickle.loads(pickle.dumps(passport))
-    assert copy.is_gross and copy.findings == passport.findings and copy.untold == passport.untold
+    copy = pickle.loads(pickle.dumps(check))
+    assert copy.is_gross and copy.findings == check.findings and copy.not_checked == check.not_checked
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(ur5.base_parameters)).matrix, ur5.base_parameters.matrix)
     error = pickle.loads(pickle.dumps(rist.Error("where and what")))
     assert type(error) is rist.Error and str(error) == "where and what"
 
 
 @pytest.mark.parametrize("library", ["pyarrow", "polars", "pandas"])
+def test_former_names_warn(ur5, log):
+    with pytest.warns(DeprecationWarning, match="LogCheck"):
+        assert rist.Passport is rist.LogCheck
+    check = rist.doctor(ur5, log)
+    with pytest.warns(DeprecationWarning, match="not_checked"):
+        assert check.untold == check.not_checked
+    with pytest.warns(DeprecationWarning, match="nominal_parameters"):
+        assert list(ur5.described_parameters) == list(ur5.nominal_parameters)
+    with pytest.raises(AttributeError):
+        rist.no_such_name
+
+
 def test_the_table_is_an_arrow_stream(ur5, log, library):
     """Rows of a standstill leave inertias open: they are nulls."""
     module = pytest.importorskip(library, reason=f"{library} is not installed")
@@ -319,7 +331,7 @@ def test_a_wrench_log_gives_the_load_back():
     log = dict(zip(names, [t, *forces.T, *moments.T, *place(t).T, *angle(t).T]))
     found = rist.wrench(log)
     assert abs(found["body"]["mass"] - m) < 0.01 and np.abs(np.array(found["body"]["centre_of_mass"]) - c).max() < 1e-3
-    [mass] = [p["told"] for p in found["parameters"] if p["name"] == "M"]
+    [mass] = [p["estimate"] for p in found["parameters"] if p["name"] == "M"]
     assert abs(mass["value"] - m) < 5 * mass["sigma"] and not found["is_reaction"]
     assert found["rows"] == n and "set_target_payload" in found["text"]
     assert "link: flange" in rist.wrench(log, link="flange")["text"]

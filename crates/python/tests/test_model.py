@@ -54,7 +54,7 @@ def test_the_functions_for_control_agree(name):
     model = rist.Model.read(MODELS / name)
     n, count = len(model.coordinates), 90
     q, dq, ddq = states(model, count)
-    x = model.described_parameters
+    x = model.nominal_parameters
     if x is None:
         pytest.skip("no inertial parameters")
     tau = model.torque(q, dq, ddq)

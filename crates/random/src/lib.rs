@@ -1,7 +1,7 @@
-//! Chance from a seed: the same numbers at every run and on every machine. Not for secrets.
+//! Random numbers from a seed: the same numbers at every run and on every machine. Not for cryptography.
 //!
-//! [`SplitMix`] is a state of one word: draws of a derivation or a test. [`Random`] is a stream for thousands of draws,
-//! with normal deviates and a stream for each place of an enumeration.
+//! [`SplitMix`] has a state of one word, for the draws of a derivation or a test. [`Random`] is a stream for thousands of
+//! draws, with normal deviates and a stream for each index of an enumeration.
 
 #![warn(missing_docs)]
 

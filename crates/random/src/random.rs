@@ -18,8 +18,7 @@ impl Random {
         Random { state: [(); 4].map(|()| seeds.bits()), spare: None }
     }
 
-    /// The stream of a seed and of a place in an enumeration: draw 17 is the same whichever
-    /// thread computes it.
+    /// The stream of a seed and an index of an enumeration: draw 17 does not depend on the thread that computes it.
     pub fn stream(seed: u64, index: u64) -> Random {
         let mixed = Random::new(seed ^ index.wrapping_mul(0xd134_2543_de82_ef95)).bits();
         Random::new(mixed)

@@ -1,6 +1,6 @@
 //! SplitMix64 [Steele, Lea, Flood 2014].
 
-/// The generator; the field is its state, and the seed at first.
+/// The generator; the field is its state, initially the seed.
 #[derive(Clone, Debug)]
 pub struct SplitMix(pub u64);
 

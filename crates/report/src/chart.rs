@@ -1,43 +1,43 @@
 //! Small charts as SVG: lines, envelopes, bands and dots over two axes.
 //!
-//! Coordinates are whole tenths of a pixel and relative to the point before, which takes a third of the space of
+//! Coordinates are whole tenths of a pixel, relative to the point before, which takes a third of the space of
 //! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
-//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart, and lines differ in dashes.
+//! definitions. The palette of Okabe and Ito is safe for colour-blind readers; lines also differ in dashes.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-use identification::portrait::envelope::{DRAWN_SPANS, Envelope};
+use identification::plot_data::envelope::{DRAWN_SPANS, Envelope};
 
-use crate::frame::{Frame, Width, broken};
+use crate::frame::{AxesFrame, Width, broken};
 use crate::scale::Scale;
 pub use crate::text::escaped;
 
-/// What the axes take of a chart below, tenths of a pixel.
+/// Height of a chart below the lower axis, for ticks and names, tenths of a pixel.
 const BOTTOM_MARGIN: f64 = 420.0;
 /// Height of a row of the legend, tenths of a pixel.
 const LEGEND_ROW_HEIGHT: f64 = 190.0;
-/// Width of a letter in the legend, tenths of a pixel.
+/// Mean width of a letter in the legend, tenths of a pixel.
 const LEGEND_LETTER_WIDTH: f64 = 68.0;
-/// Of a chart with keys: they reach only what can have the focus.
+/// Attribute of a chart that reacts to keys: only an element with the focus gets them.
 const FOCUS: &str = " tabindex=\"0\"";
 
 /// A layer of the drawing. Layers are drawn from back to front.
 #[derive(Clone, Debug)]
 enum Layer<'a> {
-    /// Points joined by lines; a new piece at each inner vector.
+    /// Points joined by lines; each inner vector is a separate line.
     Line(Vec<Vec<(f64, f64)>>),
     /// Signals over time.
     Envelope(Cow<'a, Envelope>),
-    /// Between two ordinates, over the whole width.
+    /// A band between two ordinates, over the whole width.
     Band(f64, f64),
-    /// Points.
+    /// Separate points.
     Dots(&'a [(f64, f64)]),
-    /// A point to be noticed.
+    /// A highlighted point.
     Mark((f64, f64)),
 }
 
-/// A chart that is being put together.
+/// A chart and its layers.
 #[derive(Clone, Debug)]
 pub struct Chart<'a> {
     title: String,
@@ -47,9 +47,9 @@ pub struct Chart<'a> {
     is_true_to_scale: bool,
     layers: Vec<(String, &'static str, Layer<'a>)>,
     width: Width,
-    /// Ends of the axis of abscissas where they are not those of the data.
+    /// Ends of the abscissa where they are not the ends of the data.
     span: Option<(f64, f64)>,
-    /// Of a chart that a script draws anew: the key of each layer's data, in their order; empty of others.
+    /// The key of each layer's data, for a chart that a script redraws; empty for other charts.
     keys: Vec<String>,
     /// Abscissas of vertical lines.
     borders: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct Chart<'a> {
 }
 
 impl<'a> Chart<'a> {
-    /// An empty chart 480 wide; `axes`: names with units.
+    /// An empty chart of 480 pixels width; `axes`: names with units.
     pub fn new(title: impl Into<String>, axes: (&str, &str)) -> Chart<'a> {
         Chart {
             title: title.into(),
@@ -74,7 +74,7 @@ impl<'a> Chart<'a> {
         }
     }
 
-    /// Both axes logarithmic.
+    /// Makes both axes logarithmic.
     pub fn logarithmic(self) -> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
     }
@@ -84,17 +84,17 @@ impl<'a> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
-    /// Lower than others.
+    /// A lower chart.
     pub fn low(self) -> Chart<'a> {
         Chart { height: 1500.0, ..self }
     }
 
-    /// Small, for many charts beside each other.
+    /// A small chart, for many charts in a row.
     pub fn small(self) -> Chart<'a> {
         Chart { height: 1100.0, ..self }
     }
 
-    /// With the ordinate zero inside.
+    /// Includes the ordinate zero.
     pub(crate) fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
@@ -104,7 +104,7 @@ impl<'a> Chart<'a> {
         self.pieces(name, class, vec![points.to_vec()])
     }
 
-    /// Lines that belong together.
+    /// Several lines with one name.
     pub fn pieces(self, name: impl Into<String>, class: &'static str, pieces: Vec<Vec<(f64, f64)>>) -> Chart<'a> {
         self.layer(name, class, Layer::Line(pieces))
     }
@@ -123,12 +123,12 @@ impl<'a> Chart<'a> {
         self.layer(name, "band", Layer::Band(low, high))
     }
 
-    /// Points by themselves.
+    /// Separate points.
     pub fn dots(self, name: impl Into<String>, class: &'static str, points: &'a [(f64, f64)]) -> Chart<'a> {
         self.layer(name, class, Layer::Dots(points))
     }
 
-    /// A point to be noticed.
+    /// A highlighted point.
     pub fn mark(self, name: impl Into<String>, class: &'static str, point: (f64, f64)) -> Chart<'a> {
         self.layer(name, class, Layer::Mark(point))
     }
@@ -138,13 +138,13 @@ impl<'a> Chart<'a> {
         Chart { borders, ..self }
     }
 
-    /// Twice as wide as others, over a given span of time.
+    /// A wide chart over a given span of time, s.
     pub(crate) fn wide(self, span: (f64, f64)) -> Chart<'a> {
         Chart { width: Width::Wide, span: Some(span), ..self }
     }
 
-    /// Drawn anew by the script of a page that has its data under these keys, one for each layer; empty for a layer
-    /// without data. The page has its legend.
+    /// A chart that the script of a page redraws from the data under these keys, one per layer; empty for a layer
+    /// without data. The page contains the legend.
     pub(crate) fn live(self, keys: Vec<String>) -> Chart<'a> {
         Chart { keys, ..self }
     }
@@ -159,7 +159,7 @@ impl<'a> Chart<'a> {
         self.drawn("")
     }
 
-    /// The SVG for a file of its own.
+    /// The SVG for a separate file.
     pub fn alone(&self) -> String {
         self.drawn(concat!("<style>", include_str!("../templates/chart.css"), "</style>\n"))
     }
@@ -169,7 +169,7 @@ impl<'a> Chart<'a> {
         let legend = if is_live { Legend::default() } else { self.legend() };
         let top = 160.0 + LEGEND_ROW_HEIGHT * (1.0 + legend.rows as f64);
         let (width, height) = (self.width.whole(), top + self.height);
-        let frame = Frame::new(self.scales(), self.width, top, top + self.height - BOTTOM_MARGIN);
+        let frame = AxesFrame::new(self.scales(), self.width, top, top + self.height - BOTTOM_MARGIN);
         let (class, data) = match (is_live, self.width) {
             (true, Width::Usual) => (" live", FOCUS.to_string() + &frame.for_script()),
             (true, Width::Wide) => (" live wide-chart", FOCUS.to_string() + &frame.for_script()),
@@ -239,15 +239,15 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
-        // One unit for both axes: the wider one fills its side, the other is widened about its middle.
+        // One unit for both axes: one axis fills its side, the other is extended about its middle.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
-        let place = Frame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
+        let place = AxesFrame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
         let (width, height) = (place.right - place.left, place.bottom);
         let unit = (x.length() / width).max(y.length() / height);
         (x.of_length(unit * width), y.of_length(unit * height))
     }
 
-    /// Names with their lines, in as many rows as they need.
+    /// Names with their lines, in several rows if necessary.
     fn legend(&self) -> Legend {
         let mut legend = Legend::default();
         let named: Vec<_> = self.layers.iter().filter(|(name, _, _)| !name.is_empty()).collect();
@@ -284,7 +284,7 @@ struct Legend {
 }
 
 /// The class and the path of a layer that is no band.
-fn drawn_layer(frame: &Frame, layer: &Layer) -> (&'static str, String) {
+fn drawn_layer(frame: &AxesFrame, layer: &Layer) -> (&'static str, String) {
     match layer {
         Layer::Line(pieces) => ("line", frame.path(pieces)),
         Layer::Envelope(envelope) if envelope.is_thinned() => ("area", frame.area(envelope)),
@@ -327,7 +327,7 @@ mod tests {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();
         let chart = Chart::new("", ("m", "m")).true_to_scale().line("", "a", &circle);
         let (x, y) = chart.scales();
-        let frame = Frame::new((x, y), chart.width, 0.0, chart.height - BOTTOM_MARGIN);
+        let frame = AxesFrame::new((x, y), chart.width, 0.0, chart.height - BOTTOM_MARGIN);
         let (across, up) = (frame.px(1.0) - frame.px(-1.0), frame.py(-1.0) - frame.py(1.0));
         assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }

@@ -1,12 +1,12 @@
-//! A script as a page has it: without its comments, its indentation and the blanks that separate nothing.
+//! Minifies a script for a page: removes comments, indentation and unnecessary blanks.
 //!
-//! Names and lines stay, so that an error of a browser can still be found in `templates/`. Texts, templates and regular
-//! expressions are left as they are; a blank inside of markup in a template is one of the page. Not for a script with an
-//! empty statement before a brace (`while (x);}`).
+//! Names and lines stay, so that an error in a browser can still be found in `templates/`. Texts, templates and regular
+//! expressions are not changed; blanks inside of markup in a template belong to the page. Not for a script with an empty
+//! statement before a brace (`while (x);}`).
 
-/// The script without what only a reader needs.
+/// The minified script.
 pub fn compact(script: &str) -> String {
-    let mut reader = Reader { rest: script, out: String::with_capacity(script.len()), open: Vec::new() };
+    let mut reader = ScriptReader { rest: script, out: String::with_capacity(script.len()), open: Vec::new() };
     while let Some(c) = reader.rest.chars().next() {
         match c {
             '"' | '\'' => reader.copy_until(c),
@@ -34,25 +34,25 @@ pub fn compact(script: &str) -> String {
     reader.out
 }
 
-struct Reader<'a> {
+struct ScriptReader<'a> {
     rest: &'a str,
     out: String,
-    /// Braces that are open in each `${` that is.
+    /// Number of open braces in each open `${`.
     open: Vec<usize>,
 }
 
-/// Behind these and before those a line may go on, so that its end separates nothing.
+/// After these characters, and before the characters below, a statement continues, so that the end of the line is removed.
 const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
 const GOES_ON_BEFORE: &str = ")].,?:&|=";
 
-impl Reader<'_> {
+impl ScriptReader<'_> {
     fn copy(&mut self, bytes: usize) {
         let (copied, rest) = self.rest.split_at(bytes.min(self.rest.len()));
         self.out.push_str(copied);
         self.rest = rest;
     }
 
-    /// The bytes up to the first character that `is_end` accepts, from the second on; an escaped one is none.
+    /// Number of bytes before the first unescaped character, from the second on, that `is_end` accepts.
     fn length(&self, mut is_end: impl FnMut(&str) -> bool) -> usize {
         let mut escaped = false;
         for (i, c) in self.rest.char_indices().skip(1) {
@@ -88,7 +88,7 @@ impl Reader<'_> {
         self.copy(length + 1);
     }
 
-    /// Whether a slash here divides nothing.
+    /// Whether a slash here begins a regular expression and is no division.
     fn begins_an_operand(&self) -> bool {
         self.out.chars().next_back().is_none_or(|c| "(,=:[!&|?{};\n".contains(c))
     }

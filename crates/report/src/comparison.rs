@@ -1,7 +1,7 @@
-//! Two estimates of one robot beside each other: two days, two loads, two methods.
+//! Comparison of two estimates of one robot: two days, two loads, two methods.
 //!
-//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2): one of two independent estimates of the same value is beyond +-1.96 in one
-//! of twenty.
+//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2). For two independent estimates of the same value, |z| exceeds 1.96 in one of
+//! twenty cases.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified};
@@ -9,25 +9,25 @@ use serde::Serialize;
 
 use crate::number::{significant, unit, with_interval};
 
-/// Another estimate, and what it is called.
+/// Another estimate with its name.
 #[derive(Clone, Copy, Debug)]
-pub struct Other<'a> {
+pub struct OtherEstimate<'a> {
     /// Name of its file.
     pub name: &'a str,
     /// The estimate.
     pub estimate: &'a Estimate,
 }
 
-/// The comparison in words and rows, those that differ most first.
+/// The comparison in words and rows; the largest differences come first.
 #[derive(Serialize)]
 pub(crate) struct Comparison {
     summary: String,
     other: String,
-    rows: Vec<Row>,
+    rows: Vec<ComparisonRow>,
 }
 
 #[derive(Serialize)]
-struct Row {
+struct ComparisonRow {
     name: String,
     unit: String,
     value: String,
@@ -35,30 +35,30 @@ struct Row {
     other: String,
     other_half: String,
     difference: String,
-    /// |z|, and the length of its bar, of 100.
+    /// |z|, and the length of its bar, 0 to 100.
     deviations: f64,
     bar: f64,
     is_moved: bool,
 }
 
-/// Deviations at which a bar is full.
+/// |z| at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 10.0;
 
-/// Both values of a parameter and how far they are apart, in deviations.
+/// Both values of a parameter, and z.
 fn apart(a: &Identified, b: &Identified) -> Option<(f64, f64, f64)> {
     let (x, y) = (a.value?, b.value?);
     let z = (x - y) / a.sigma?.hypot(b.sigma?);
     z.is_finite().then_some((x, y, z))
 }
 
-/// The parameters that both estimates have.
-pub(crate) fn comparison(estimate: &Estimate, other: Other) -> Comparison {
+/// Compares the parameters that both estimates have.
+pub(crate) fn comparison(estimate: &Estimate, other: OtherEstimate) -> Comparison {
     let found = estimate.parameters.iter().filter_map(|a| {
         let b = other.estimate.parameters.iter().find(|b| b.id == a.id)?;
         let (x, y, z) = apart(a, b)?;
         let half = |p: &Identified| INTERVAL * p.sigma.unwrap_or(0.0);
         let ((value, own), (theirs, other_half)) = (with_interval(x, half(a)), with_interval(y, half(b)));
-        Some(Row {
+        Some(ComparisonRow {
             name: a.id.to_string(),
             unit: unit(&a.unit.to_string()),
             value,
@@ -71,12 +71,13 @@ pub(crate) fn comparison(estimate: &Estimate, other: Other) -> Comparison {
             is_moved: z.abs() > INTERVAL,
         })
     });
-    let mut rows: Vec<Row> = found.collect();
+    // Sorted by |z|: parameters of different units are comparable this way.
+    let mut rows: Vec<ComparisonRow> = found.collect();
     rows.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
     let moved = rows.iter().filter(|row| row.is_moved).count();
     Comparison {
         summary: format!(
-            "{moved} of {} parameters differ by more than {INTERVAL:.2} deviations of their difference; of two estimates of the \
+            "{moved} of {} parameters differ by more than {INTERVAL:.2} sigma of their difference; of two estimates of the \
              same robot, {:.1} would by chance",
             rows.len(),
             0.05 * rows.len() as f64
@@ -102,8 +103,8 @@ mod tests {
             Estimate { parameters: vec![one("FV1", fv, 0.1), one("ZZR1", zz, 0.03)], ..Estimate::default() }
         };
         let (a, b) = (of(1.0, 2.0), of(0.8, 2.1));
-        let found = comparison(&a, Other { name: "b", estimate: &b });
-        // 0.2 over 0.03 sqrt 2, and 0.1 over 0.1 sqrt 2.
+        let found = comparison(&a, OtherEstimate { name: "b", estimate: &b });
+        // z: 0.2 / (0.03 sqrt 2), and 0.1 / (0.1 sqrt 2).
         let deviations: Vec<f64> = found.rows.iter().map(|row| row.deviations).collect();
         assert!(
             (deviations[0] - 4.714).abs() < 1e-3 && (deviations[1] - std::f64::consts::FRAC_1_SQRT_2).abs() < 1e-3,
@@ -114,6 +115,6 @@ mod tests {
             ("ZZR1", true, false)
         );
         assert!(found.summary.starts_with("1 of 2 parameters differ"), "{}", found.summary);
-        assert!(comparison(&a, Other { name: "a", estimate: &a }).rows.iter().all(|row| !row.is_moved));
+        assert!(comparison(&a, OtherEstimate { name: "a", estimate: &a }).rows.iter().all(|row| !row.is_moved));
     }
 }

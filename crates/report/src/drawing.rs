@@ -1,10 +1,10 @@
-//! A robot to be drawn on a page: where its frames are, how its variables move them, and between which values.
+//! Data for drawing a robot on a page: its frames, the effect of its variables on them, and the ranges of the variables.
 //!
 //! ```text
 //! T_j = T_a(j) A_j Rz(x_j)  or  T_a(j) A_j Tz(x_j),   x_j = offset + sum of factor * variable
 //! ```
-//! A_j is iTj at x_j = 0. [Khalil, Kleinfinger 1986] The script `templates/drawing.js` computes the same and draws it;
-//! `Drawing.of(element)` there takes the values of this module as JSON, so that any page can hold a robot and move it.
+//! A_j is iTj at x_j = 0. [Khalil, Kleinfinger 1986] The script `templates/drawing.js` computes and draws these frames;
+//! `Drawing.of(element)` there takes the values of this module as JSON, so that any page can contain and move a robot.
 //! Loops that are solved numerically are closed by the script.
 
 use gate::shown::lines;
@@ -14,14 +14,14 @@ use serde::Serialize;
 
 use crate::template::rendered;
 
-/// Numbers of a drawing keep this many decimals, m or without unit: a micrometre of a robot of kilometres.
+/// Reciprocal of the rounding of numbers in a drawing (m, or without unit): nine decimals.
 const DECIMALS: f64 = 1e9;
-/// A length that is larger, m, has no drawing beside one that is not.
-const LONGEST: f64 = 1e6;
-/// A slider of a joint that turns goes no farther, rad: a joint without end repeats itself.
-const MOST_TURN: f64 = 2.0 * std::f64::consts::PI;
+/// Lengths from this on cannot be drawn together with usual ones, m.
+const LARGEST_LENGTH_M: f64 = 1e6;
+/// Largest angle of a slider, rad: a continuous joint repeats itself.
+const LARGEST_ANGLE_RAD: f64 = 2.0 * std::f64::consts::PI;
 
-/// A robot as the script draws it.
+/// A robot for the script.
 #[derive(Clone, Debug, Serialize)]
 pub struct Drawing {
     /// Name of the robot.
@@ -30,37 +30,37 @@ pub struct Drawing {
     up: [f64; 3],
     /// The coordinates and, after them, the passive coordinates.
     variables: Vec<Variable>,
-    /// How many of the variables are coordinates.
+    /// Number of variables that are coordinates.
     coordinates: usize,
-    /// In the order of the description.
+    /// The links, in the order of the description.
     links: Vec<Drawn>,
-    /// The two frames that meet, of each loop.
-    loops: Vec<[Frame; 2]>,
+    /// The two frames of each loop that coincide when it is closed.
+    loops: Vec<[DrawnFrame; 2]>,
 }
 
-/// A variable, as a slider moves it.
+/// A variable with the range of its slider.
 #[derive(Clone, Debug, Serialize)]
 struct Variable {
     name: String,
-    /// Whether it is an angle, rad; else a length, m.
+    /// Whether it is an angle, rad; otherwise it is a length, m.
     turns: bool,
-    /// Where it stands first.
+    /// Its initial value.
     at: f64,
     from: f64,
     to: f64,
 }
 
-/// A frame and what moves it.
+/// A frame and the variables that move it.
 #[derive(Clone, Debug, Serialize)]
-struct Frame {
-    /// The link that carries it; none: the base.
+struct DrawnFrame {
+    /// The link that carries it; `None`: the base.
     on: Option<usize>,
     kind: &'static str,
     /// A_j, 3 x 4, row by row.
     place: [f64; 12],
-    /// b along z and d along x of the antecedent, in its frame: the corners of the way to the frame's axis.
+    /// Corners of the path to the frame's axis, in the frame of the antecedent, m: after b along z, and after d along x.
     corners: [[f64; 3]; 2],
-    /// Variable and factor.
+    /// Index and factor of each variable.
     terms: Vec<(usize, f64)>,
     offset: f64,
 }
@@ -70,25 +70,25 @@ struct Frame {
 struct Drawn {
     name: String,
     #[serde(flatten)]
-    frame: Frame,
-    /// Frames of the file that stand elsewhere on the link: name and origin in the link frame.
+    frame: DrawnFrame,
+    /// Frames of the file with another origin on the link: name and origin in the link frame, m.
     fixed: Vec<(String, [f64; 3])>,
-    /// Centre of mass in the link frame, where the file has one.
+    /// Centre of mass in the link frame, m, if the file has one.
     mass_centre: Option<[f64; 3]>,
 }
 
 impl Drawing {
-    /// The drawing of a robot. `at` has the variables at which its loops are closed, where they are solved numerically;
-    /// else it is empty. `None` where a number of the geometry is no length that can be drawn.
+    /// The drawing of a robot. `at`: the variables at which numerically solved loops are closed, otherwise empty. `None` where
+    /// a length of the geometry is too large.
     pub fn new(robot: &Robot, at: &[f64]) -> Option<Drawing> {
         let variables = (0..robot.n_variables()).map(|k| variable(robot, k, at.get(k).copied())).collect();
         let links: Vec<Drawn> = robot.links.iter().map(|link| drawn(robot, link)).collect();
-        let loops: Vec<[Frame; 2]> =
+        let loops: Vec<[DrawnFrame; 2]> =
             robot.loops.iter().map(|one| [&one.cut, &one.twin].map(|frame| of_loop(robot, frame))).collect();
         let frames = links.iter().map(|link| &link.frame).chain(loops.iter().flatten());
-        let numbers = |f: &Frame| [&f.place[..], &f.corners.concat(), &[f.offset]].concat();
+        let numbers = |f: &DrawnFrame| [&f.place[..], &f.corners.concat(), &[f.offset]].concat();
         let own = links.iter().flat_map(|l| l.fixed.iter().map(|(_, p)| *p).chain(l.mass_centre)).flatten();
-        let is_drawn = frames.flat_map(numbers).chain(own).all(|x| x.abs() < LONGEST);
+        let is_drawn = frames.flat_map(numbers).chain(own).all(|x| x.abs() < LARGEST_LENGTH_M);
         let up = up(robot);
         is_drawn.then(|| Drawing {
             name: lines(&robot.name).into_owned(),
@@ -100,41 +100,41 @@ impl Drawing {
         })
     }
 
-    /// The inside of a figure of class drawing that `templates/drawing.js` draws the robot in.
+    /// The content of a figure of class drawing, in which `templates/drawing.js` draws the robot.
     pub fn html(&self) -> String {
         #[derive(Serialize)]
-        struct Content {
+        struct DrawingContext {
             json: String,
             links: usize,
         }
-        let content = Content { json: self.to_json(), links: self.links.len() };
+        let content = DrawingContext { json: self.to_json(), links: self.links.len() };
         rendered(include_str!("../templates/drawing.html"), content)
     }
 
-    /// As JSON that can stand in a page: no `<` is in it.
+    /// The drawing as JSON without `<`, so that it can stand in a page.
     pub fn to_json(&self) -> String {
-        // A struct of texts and numbers has no map with keys that are no texts, which alone would fail.
+        // Cannot fail: the struct has no map with other keys than texts.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
 
 fn up(robot: &Robot) -> [f64; 3] {
     let g = robot.gravity_number();
-    let size = robot::vector::norm(g);
-    if size > 0.0 && size.is_finite() { g.map(|x| rounded(-x / size)) } else { [0.0, 0.0, 1.0] }
+    let norm = robot::vector::norm(g);
+    if norm > 0.0 && norm.is_finite() { g.map(|x| rounded(-x / norm)) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Zero where the range has it, else the middle; and a range to move in where the file gives none.
+/// A variable with its initial value, zero or else the middle of its range, and a default range where the file gives none.
 fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
     let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
     let cuts = robot.loops.iter().map(|one| (one.cut.kind, &one.cut.variable.terms[..]));
     let kind = joints.chain(cuts).find(moved).map_or(JointKind::Revolute, |found| found.0);
     let turns = kind != JointKind::Prismatic;
-    let half = if turns { std::f64::consts::PI } else { reach(robot) };
+    let half = if turns { std::f64::consts::PI } else { slider_stroke(robot) };
     let given = robot.coordinates.get(k).and_then(|c| c.limits.position);
     let (from, to) = given.filter(|(a, b)| a.is_finite() && b.is_finite() && a < b).unwrap_or((-half, half));
-    let farthest = if turns { MOST_TURN } else { LONGEST };
+    let farthest = if turns { LARGEST_ANGLE_RAD } else { LARGEST_LENGTH_M };
     let (from, to) = (from.clamp(-farthest, farthest), to.clamp(-farthest, farthest));
     let (from, to) = if from < to { (from, to) } else { (-half, half) };
     let middle = if from <= 0.0 && 0.0 <= to { 0.0 } else { 0.5 * (from + to) };
@@ -148,21 +148,21 @@ fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     }
 }
 
-/// Half the sum of all lengths, m; one half where there are none. It stands in for the stroke of a slider.
-fn reach(robot: &Robot) -> f64 {
+/// Half the sum of all lengths, m; 0.5 without lengths. It replaces a missing stroke of a sliding joint.
+fn slider_stroke(robot: &Robot) -> f64 {
     let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
     let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();
-    if all > 0.0 && all < LONGEST { 0.5 * all } else { 0.5 }
+    if all > 0.0 && all < LARGEST_LENGTH_M { 0.5 * all } else { 0.5 }
 }
 
-fn frame(robot: &Robot, on: Option<LinkId>, g: &ModifiedDh, kind: JointKind, variable: &robot::Affine) -> Frame {
+fn frame(robot: &Robot, on: Option<LinkId>, g: &ModifiedDh, kind: JointKind, variable: &robot::Affine) -> DrawnFrame {
     let symbols = &robot.symbols;
     let Pose { rotation, position } = g.pose(symbols, 0.0, 0.0);
     let (sine, cosine) = robot::kinematics::sin_cos(&g.gamma, symbols);
     let [b, d] = [&g.b, &g.d].map(|x| x.number(symbols));
     let row = |r: usize| [rotation[r][0], rotation[r][1], rotation[r][2], position[r]];
     let rows = [row(0), row(1), row(2)];
-    Frame {
+    DrawnFrame {
         on: on.map(|id| id.0),
         kind: match kind {
             JointKind::Revolute => "revolute",
@@ -176,7 +176,7 @@ fn frame(robot: &Robot, on: Option<LinkId>, g: &ModifiedDh, kind: JointKind, var
     }
 }
 
-fn of_loop(robot: &Robot, f: &LoopFrame) -> Frame {
+fn of_loop(robot: &Robot, f: &LoopFrame) -> DrawnFrame {
     frame(robot, f.antecedent, &f.geometry, f.kind, &f.variable)
 }
 
@@ -191,7 +191,7 @@ fn drawn(robot: &Robot, link: &Link) -> Drawn {
     }
 }
 
-/// Without the digits that no eye sees; -0 is 0.
+/// Rounded to nine decimals; -0 becomes 0.
 fn rounded(x: f64) -> f64 {
     (x * DECIMALS).round() / DECIMALS + 0.0
 }
@@ -213,7 +213,7 @@ mod tests {
         let drawing = Drawing::new(&robot, &[]).unwrap();
         let link = &drawing.links[1].frame;
         let pose = &robot.link_poses(&[0.0, 0.0])[1];
-        // At x_2 = offset: along z of the frame, which is (0, -1, 0) of link 1.
+        // At x_2 = offset: along z of the frame, which is (0, -1, 0) in the frame of link 1.
         let at: Vec<f64> = (0..3).map(|r| link.place[4 * r + 3] + link.place[4 * r + 2] * link.offset).collect();
         assert!(at.iter().zip(pose.position).all(|(a, b)| (a - b).abs() < 1e-9), "{at:?} {pose:?}");
         assert_eq!(link.corners, [[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]]);

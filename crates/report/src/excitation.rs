@@ -1,28 +1,28 @@
-//! An exciting motion on the page: its coordinates within their limits, the path of the tip, which parameters it makes
-//! visible.
+//! An exciting motion on the page: its coordinates within their limits, the path of the tip, and the parameters that it makes
+//! identifiable.
 
 use experiments::excitation::artefact::{ExcitingMotion, certificate_summary};
 use experiments::excitation::limits::LimitKind;
-use experiments::excitation::proof::{CertificateRow, Kept};
+use experiments::excitation::proof::{CertificateRow, LimitProof};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::VisibleParameter;
-use identification::portrait::envelope::Envelope;
-use identification::portrait::motion_portrait::{JointCourse, MotionPortrait, TipPath};
+use identification::plot_data::envelope::Envelope;
+use identification::plot_data::motion_plot_data::{EndEffectorPath, JointCourse, MotionPlotData};
 use serde::Serialize;
 
 use crate::chart::Chart;
-use crate::joints::Figure;
+use crate::joints::ChartFigure;
 use crate::number::{percent, significant, unit};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// A motion with its drawn data.
+/// A motion with its plot data.
 #[derive(Clone, Copy)]
 pub struct ShownMotion<'a> {
     /// The artefact.
     pub artefact: &'a ExcitingMotion,
-    /// Its courses and its certificate.
-    pub portrait: &'a MotionPortrait,
+    /// Its trajectories and its certificate.
+    pub plot_data: &'a MotionPlotData,
 }
 
 /// The motion in words, rows and charts.
@@ -35,12 +35,12 @@ pub struct MotionPart {
     notes: Vec<String>,
     joints: Vec<JointCharts>,
     tip: Option<String>,
-    path: Vec<Figure>,
+    path: Vec<ChartFigure>,
     scale: String,
     parameters: Vec<Visible>,
 }
 
-/// A kind of limit.
+/// A row for a kind of limit.
 #[derive(Serialize)]
 struct LimitRow {
     limit: String,
@@ -56,14 +56,14 @@ struct JointCharts {
     plots: Vec<String>,
 }
 
-/// A parameter.
+/// A row for a parameter.
 #[derive(Serialize)]
 struct Visible {
     name: String,
     described: String,
     deviation: String,
     relative: String,
-    /// Length of the bar of 100; `None` where there is nothing to draw.
+    /// Length of the bar, 0 to 100; `None` without a bar.
     bar: Option<f64>,
     remark: String,
     is_doubtful: bool,
@@ -71,19 +71,20 @@ struct Visible {
 
 /// The motion of a page.
 pub fn motion(shown: ShownMotion) -> MotionPart {
-    let ShownMotion { artefact, portrait } = shown;
-    let rows = &portrait.certificate;
-    let ledger = portrait.ledger();
-    let proof = match portrait.is_found_anew {
-        true => format!("{ledger}. The certificate is found from the motion and the model."),
+    let ShownMotion { artefact, plot_data } = shown;
+    let rows = &plot_data.certificate;
+    let claims = plot_data.claims();
+    let proof = match plot_data.is_found_anew {
+        true => format!("{claims}. The certificate is found from the motion and the model."),
         false => format!(
-            "The file says: {ledger}. Nobody proved it for this page; [:check] does, from the motion and the model."
+            "The file says: {claims}. Nobody proved it for this page; [:check] does, from the motion and the model."
         ),
     };
-    let margins = portrait.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
+    // Margins have several lines, each becomes a note.
+    let margins = plot_data.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
     let margins: Vec<String> = margins.lines().map(str::to_string).collect();
     let in_words = |row: &CertificateRow| {
-        let joint = portrait.joints.iter().find(|joint| joint.coordinate == row.subject);
+        let joint = plot_data.joints.iter().find(|joint| joint.coordinate == row.subject);
         row.in_words(joint.and_then(|joint| joint.is_prismatic))
     };
     let limits = certificate_summary(rows).into_iter().map(|summary| LimitRow {
@@ -95,67 +96,67 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
     let charts = |(k, joint): (usize, &JointCourse)| JointCharts {
         name: joint.coordinate.clone(),
         locked: joint.limits.locked.map_or(String::new(), |q| format!("locked at {}", significant(q, 4))),
-        plots: drawn(joint, portrait).iter().map(|course| course.plot(k)).collect(),
+        plots: drawn(joint, plot_data).iter().map(|course| course.plot(k)).collect(),
     };
     let (scale, parameters) = visible(&artefact.parameters);
     MotionPart {
         summary: artefact.in_words(),
         proof,
-        is_proven: ledger.is_kept(),
+        is_proven: claims.is_kept(),
         limits: limits.collect(),
-        notes: [&portrait.notes[..], &ledger.left_out_sentences(), &margins].concat(),
-        joints: portrait.joints.iter().enumerate().map(charts).collect(),
-        tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
+        notes: [&plot_data.notes[..], &claims.left_out_sentences(), &margins].concat(),
+        joints: plot_data.joints.iter().enumerate().map(charts).collect(),
+        tip: plot_data.tip.as_ref().map(|tip| tip.name.clone()),
         path: of_tip(shown).map(|(_, plane, chart)| figure(plane, chart)).collect(),
         scale,
         parameters,
     }
 }
 
-fn figure(caption: String, chart: Chart) -> Figure {
-    Figure { caption, svg: chart.svg() }
+fn figure(caption: String, chart: Chart) -> ChartFigure {
+    ChartFigure { caption, svg: chart.svg() }
 }
 
 /// The charts by their file names, for a folder of pictures.
 pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
     let of_joint = |joint: &JointCourse| {
-        let file = |c: Course| (format!("motion_{}_{}", c.kind, joint.coordinate), c.chart().alone());
-        drawn(joint, shown.portrait).into_iter().map(file).collect::<Vec<_>>()
+        let file = |c: QuantityOverTime| (format!("motion_{}_{}", c.kind, joint.coordinate), c.chart().alone());
+        drawn(joint, shown.plot_data).into_iter().map(file).collect::<Vec<_>>()
     };
-    let of_joints = shown.portrait.joints.iter().flat_map(of_joint);
+    let of_joints = shown.plot_data.joints.iter().flat_map(of_joint);
     let of_tip = of_tip(shown).map(|(name, _, chart)| (format!("motion_{name}"), chart.alone()));
     of_joints.chain(of_tip).collect()
 }
 
-/// The path of the tip, where there is one: file name, caption, chart.
+/// The path of the tip, if any: file name, caption, chart.
 fn of_tip<'a>(shown: ShownMotion<'a>) -> impl Iterator<Item = (&'static str, String, Chart<'a>)> {
-    shown.portrait.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
+    shown.plot_data.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
 }
 
-/// A quantity of a coordinate over time.
-struct Course<'a> {
+/// A quantity of a coordinate over time, with its limits.
+struct QuantityOverTime<'a> {
     kind: LimitKind,
     title: String,
     axis: String,
     caption: String,
     course: &'a Envelope,
-    /// From rest to rest, s.
+    /// Start and end of the motion, s.
     span: (f64, f64),
     bounds: Option<(f64, f64)>,
     nearest: Option<(f64, f64)>,
     borders: Vec<f64>,
 }
 
-/// The axis of time of a motion.
+/// Name of the time axis of a motion.
 pub(crate) const MOTION_TIME: &str = "motion";
 
-/// The lines of a motion for the script of a page; `None` without any.
+/// The lines of a motion for the script of a page; `None` without lines.
 pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
-    let joints = shown.portrait.joints.iter().enumerate();
-    Timeline::new(joints.flat_map(|(k, joint)| joint.courses.iter().map(move |(kind, line)| (key(*kind, k), line))))
+    let joints = shown.plot_data.joints.iter().enumerate();
+    Timeline::new(joints.flat_map(|(k, joint)| joint.positions.iter().map(move |(kind, line)| (key(*kind, k), line))))
 }
 
-/// The key of a line of coordinate k: q for the position, along which a page moves the robot.
+/// The key of a line of coordinate k; the page moves the robot along the lines with the letter q.
 fn key(kind: LimitKind, k: usize) -> String {
     let letter = match kind {
         LimitKind::Position => "q",
@@ -168,8 +169,8 @@ fn key(kind: LimitKind, k: usize) -> String {
     format!("{letter}{k}")
 }
 
-impl Course<'_> {
-    /// The chart of coordinate k for the script of a page, which has its legend.
+impl QuantityOverTime<'_> {
+    /// The chart of coordinate k for the script of a page, with its legend.
     fn plot(&self, k: usize) -> String {
         let (key, none) = (key(self.kind, k), String::new);
         let limits = self.bounds.map(|_| (none(), "b", "limits".to_string()));
@@ -195,18 +196,18 @@ impl Course<'_> {
     }
 }
 
-fn drawn<'a>(joint: &'a JointCourse, portrait: &MotionPortrait) -> Vec<Course<'a>> {
+fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<QuantityOverTime<'a>> {
     let one = |(kind, course): &'a (LimitKind, Envelope)| {
-        let row = portrait.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
+        let row = plot_data.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
         let bounds = match kind {
-            // The bounds of the certificate are a share of the limit, less dry friction.
+            // The bounds of the certificate are a share of the limit, minus dry friction.
             LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
             _ => joint.limits.bounds(*kind),
         };
         let unit = unit_of(*kind, joint.is_prismatic);
         let name = if *kind == LimitKind::Effort { "torque without dry friction" } else { &kind.to_string() };
         let spans = course.spans();
-        Course {
+        QuantityOverTime {
             kind: *kind,
             title: format!("{name} of {}", joint.coordinate),
             axis: unit.clone(),
@@ -215,13 +216,13 @@ fn drawn<'a>(joint: &'a JointCourse, portrait: &MotionPortrait) -> Vec<Course<'a
             span: (spans.first().map_or(0.0, |s| s.t), spans.last().map_or(0.0, |s| s.t)),
             bounds,
             nearest: row.map(|r| (r.time_s, r.value)),
-            borders: portrait.borders.clone(),
+            borders: plot_data.borders.clone(),
         }
     };
-    joint.courses.iter().map(one).collect()
+    joint.positions.iter().map(one).collect()
 }
 
-/// Both units where nothing says whether the joint turns or slides.
+/// The unit of a quantity; both units where it is not known whether the joint turns or slides.
 fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     let (turns, slides) = (kind.unit(false), kind.unit(true));
     unit(&match is_prismatic {
@@ -231,7 +232,7 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     })
 }
 
-/// A value that is a smaller part of its limit is written as zero.
+/// Share of the limit below which a value is written as zero.
 const ZERO_SHARE_OF_LIMIT: f64 = 1e-9;
 
 /// The sentence of the certificate on a quantity.
@@ -239,20 +240,20 @@ fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
         return format!("{name}: no limit is looked at");
     };
-    let size = bound.abs();
-    // A coordinate at rest has rounding errors, which would not tell a reader anything.
-    let digits = |x: f64| significant(if x.abs() < ZERO_SHARE_OF_LIMIT * size { 0.0 } else { x }, 4);
+    let limit = bound.abs();
+    // A coordinate at rest has rounding errors, which are not shown.
+    let digits = |x: f64| significant(if x.abs() < ZERO_SHARE_OF_LIMIT * limit { 0.0 } else { x }, 4);
     let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
     let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
     match kept {
-        Kept::Proven => format!("{at}; proven nowhere beyond {proved}"),
-        Kept::Violated => format!("{at}: BEYOND its limit"),
-        Kept::Open => format!("{at}; NOT proven: nowhere beyond {proved}"),
+        LimitProof::Proven => format!("{at}; proven nowhere beyond {proved}"),
+        LimitProof::Violated => format!("{at}: BEYOND its limit"),
+        LimitProof::Open => format!("{at}; NOT proven: nowhere beyond {proved}"),
     }
 }
 
-/// The path seen along the three axes of the base frame, with floor, walls and boxes: file name, caption, chart.
-fn paths(tip: &TipPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart<'static>)> {
+/// Views of the path along the three axes of the base frame, with floor, walls and boxes: file name, caption, chart.
+fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart<'static>)> {
     let planes = [
         ("path_xy", "x and y: from above", 0, 1),
         ("path_xz", "x and z: from the side", 0, 2),
@@ -271,14 +272,14 @@ fn paths(tip: &TipPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart
     planes.map(plane).into_iter().collect()
 }
 
-/// Lines of the limits of space in a view along an axis of the base frame: the outlines of boxes, and planes that are
-/// seen edge-on, each as far as the path reaches. `axes`: the two axes of the view.
+/// Lines of the limits in space in a view along an axis of the base frame: the outlines of boxes, and planes that are
+/// seen edge-on, over the extent of the path. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
-    let reach = |of: fn(&(f64, f64)) -> f64| {
+    let extent = |of: fn(&(f64, f64)) -> f64| {
         path.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
-    let ((left, right), (low, high)) = (reach(|p| p.0), reach(|p| p.1));
+    let ((left, right), (low, high)) = (extent(|p| p.0), extent(|p| p.1));
     let (centre, radius) = ((0.5 * (left + right), 0.5 * (low + high)), 0.5 * (right - left).hypot(high - low));
     let floor = space.floor.and_then(Floor::height).map(|z| ([0.0, 0.0, z], [0.0, 0.0, 1.0]));
     let planes = floor.into_iter().chain(space.walls.iter().map(|wall| (wall.point, wall.normal)));
@@ -297,32 +298,31 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     planes.filter_map(line).chain(cells).collect()
 }
 
-/// Sine of the angle between a plane's normal and the line of sight, above which the plane is drawn as a line.
+/// Least sine of the angle between a plane's normal and the line of sight for which the plane is drawn as a line.
 const EDGE_ON_SINE: f64 = 0.9999;
 
-/// Shortest bar, in per cent of the widest, so that every parameter with a bar shows one.
+/// Shortest bar, in per cent of the longest, so that every bar is visible.
 const SHORTEST_BAR_PERCENT: f64 = 2.0;
 
-/// The parameters in the order of the motion, and what their bars mean. A bar is the relative deviation or, where no
-/// parameter has one, the deviation; logarithmic, between powers of ten.
+/// The parameters in the order of the motion, and a sentence on their bars. A bar is the relative standard deviation or, where
+/// no parameter has one, the standard deviation; logarithmic, between powers of ten.
 fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let is_relative = parameters.iter().any(|p| p.relative_deviation.is_some());
     let shown = |p: &VisibleParameter| if is_relative { p.relative_deviation } else { p.deviation };
     let logarithms = parameters.iter().filter_map(shown).filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
     let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    // A relative deviation beyond 100 % tells nothing more.
+    // A relative standard deviation beyond 100 % has no further information.
     let high = if is_relative { high.ceil().min(0.0) } else { high.ceil() };
     let low = low.floor().min(high - 1.0);
     let scale = match (low.is_finite() && high.is_finite(), is_relative) {
         (false, _) => String::new(),
         (true, true) => format!(
-            "A bar is the relative deviation, logarithmic from {} % to {} % and full beyond; a parameter described as \
-             zero has none",
+            "A bar is the relative sigma, logarithmic from {} % to {} % and full beyond; a parameter with the nominal value zero has none",
             power_of_ten(low + 2.0),
             power_of_ten(high + 2.0)
         ),
         (true, false) => format!(
-            "No parameter has a described value, so a bar is the deviation in its unit, logarithmic from {} to {}",
+            "No parameter has a nominal value, so a bar is sigma in its unit, logarithmic from {} to {}",
             power_of_ten(low),
             power_of_ten(high)
         ),
@@ -344,7 +344,7 @@ fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     (scale, parameters.iter().map(row).collect())
 }
 
-/// `0.001`, `100`.
+/// A power of ten as a decimal number: `0.001`, `100`.
 fn power_of_ten(exponent: f64) -> String {
     let digits = (-exponent).max(0.0) as usize;
     format!("{:.digits$}", 10f64.powf(exponent))
@@ -370,8 +370,8 @@ mod tests {
         let mut ends = [line[0].0, line[1].0];
         ends.sort_by(f64::total_cmp);
         assert!((ends[0] - (0.2 - radius)).abs() < 1e-12 && (ends[1] - (0.2 + radius)).abs() < 1e-12, "{line:?}");
-        // x + y = 0.5 is a line from above alone. x = 0.5 is one from above and from the side, whatever length its
-        // normal has.
+        // x + y = 0.5 is a line only from above. x = 0.5 is a line from above and from the side, for any length of its
+        // normal.
         let slanting = SpaceLimits { walls: vec![wall([-2.0, -2.0, 0.0])], ..Default::default() };
         let line = &of(slanting.clone(), [0, 1])[0];
         assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");

@@ -5,22 +5,22 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use identification::estimate::validation::{TorquePicture, Validation};
-use identification::portrait::envelope::Envelope;
-use linear_model::artefact::Seal;
+use identification::plot_data::envelope::Envelope;
+use linear_model::artefact::Checksum;
 use serde::Serialize;
 
 use crate::chart::Chart;
-use crate::joints::Figure;
+use crate::joints::ChartFigure;
 use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// What was found again of a plan from its model.
+/// The proofs of a plan, repeated with its model.
 #[derive(Clone, Debug)]
 pub struct PlanProof {
-    /// What its proof is worth, in a sentence.
+    /// A sentence on the D-efficiency by its proof.
     pub worth: String,
-    /// How each experiment stands, by name.
+    /// A sentence on the limits of each experiment, by name.
     pub experiments: Vec<(String, String)>,
     /// Whether all of it is proven.
     pub is_kept: bool,
@@ -35,7 +35,7 @@ pub(crate) struct PlanPart {
     proofs: Vec<(String, String)>,
     open: String,
     rows: Vec<Experiment>,
-    motions: Vec<Figure>,
+    motions: Vec<ChartFigure>,
 }
 
 #[derive(Serialize)]
@@ -50,7 +50,7 @@ struct Experiment {
     gain: String,
 }
 
-/// The plan in words and rows; what its file says of itself is told as that.
+/// The plan in words and rows; statements of its file are marked as such.
 pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
@@ -64,9 +64,9 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
-    // A plan that was edited says so first.
+    // A note on an edited plan comes first.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
-    let origin = origin(plan.seal);
+    let origin = origin(plan.checksum);
     PlanPart {
         summary: format!(
             "{origin}{} experiments out of {} candidates. The file says that they show {} of {} parameters, and that their \
@@ -94,22 +94,22 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
     }
 }
 
-/// What the summary of a file begins with that is not as rist wrote it.
-fn origin(seal: Seal) -> String {
-    seal.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
+/// The beginning of the summary of a file that was changed after rist wrote it; empty otherwise.
+fn origin(checksum: Checksum) -> String {
+    checksum.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }
 
-/// Points of a line that fills a small picture.
+/// Number of points of a line in a small picture.
 const POINTS_PER_LINE: usize = 120;
 
-/// How long a motion takes, s.
+/// Duration of a motion, s.
 fn seconds(reference: &Reference) -> f64 {
     reference.q.first().map_or(0, Vec::len) as f64 * reference.sample_time
 }
 
 /// A chart of each motion: the positions of all joints, over one period of a swing or a sweep there and back.
 /// There is none if a motion of the plan is invalid.
-fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
+fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {
         let reference = trajectory.reference();
@@ -119,7 +119,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
         let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
-        // The fast joint first, then the others that move, and at last those that hold still: all are named.
+        // The fast joint first, then other moving joints, then joints at rest: all are named.
         let moving = trajectory.moving();
         let mut all: Vec<usize> = (0..plan.coordinates.len().min(reference.q.len())).collect();
         all.sort_by_key(|k| (*k != trajectory.fast, !moving.contains(k)));
@@ -130,7 +130,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
             let rests = if moving.contains(k) { "" } else { " (rests)" };
             chart = chart.line(format!("{}{rests}", plan.coordinates[*k]), class, &points);
         }
-        Figure { caption: format!("{}, {}", experiment.name, experiment.kind.replace('_', " ")), svg: chart.svg() }
+        ChartFigure { caption: format!("{}, {}", experiment.name, experiment.kind.replace('_', " ")), svg: chart.svg() }
     };
     plan.experiments.iter().zip(&trajectories).map(picture).collect()
 }
@@ -141,7 +141,7 @@ pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
-    /// Of each joint in the first motion.
+    /// Plots of each joint in the first motion.
     plots: Vec<String>,
     has_rigid: bool,
     has_white: bool,
@@ -169,7 +169,7 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     ValidationPart {
         summary: format!(
             "{}{} that the estimate was not made from {} predicted with an error of {}; {}.",
-            origin(validation.seal),
+            origin(validation.checksum),
             match validation.motions.len() {
                 1 => "1 motion".into(),
                 n => format!("{n} motions"),
@@ -186,7 +186,7 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     }
 }
 
-/// Measured and predicted torque and what is left, of a joint in the first motion.
+/// Measured torque, predicted torque and residual of a joint in the first motion.
 fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     let left = picture.measured.iter().zip(&picture.predicted).map(|(a, b)| a - b).collect::<Vec<_>>();
     [&picture.measured, &picture.predicted, &left].map(|values| {
@@ -196,13 +196,13 @@ fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     })
 }
 
-/// Spans of a line, so that one may look closer.
+/// Number of spans of a line: enough for zooming in.
 const MOST_SPANS: usize = 2000;
 
-/// Letters of the keys of the lines of a joint.
+/// Letters of the keys of a joint's lines: measured, predicted, residual.
 const KEYS: [&str; 3] = ["m", "p", "r"];
 
-/// The axis of time of the first motion.
+/// Name of the time axis of the first motion.
 pub(crate) const VALIDATION_TIME: &str = "validation";
 
 /// The lines of a validation for the script of a page; `None` without pictures.
@@ -220,15 +220,15 @@ fn plots(validation: &Validation) -> Vec<String> {
         let [torque, residual] = charts(validation, picture, &lines).map(|chart| chart.wide(span));
         let [m, p, r] = KEYS.map(|key| format!("{key}{k}"));
         let svgs = vec![torque.live(vec![m.clone(), p.clone()]).svg(), residual.low().live(vec![r.clone()]).svg()];
-        let names = [(m, "a", "measured"), (p, "b", "predicted"), (r, "d", "what is left")];
+        let names = [(m, "a", "measured"), (p, "b", "predicted"), (r, "d", "residual")];
         let legend = names.map(|(key, class, name)| (key, class, name.to_string())).into();
-        let caption = format!("Torque of {}, and what is left of it", picture.coordinate);
+        let caption = format!("Torque of {}, and its residual", picture.coordinate);
         Plot { time: VALIDATION_TIME, caption, legend, svgs }.html()
     };
     validation.pictures.iter().enumerate().map(plot).collect()
 }
 
-/// Torque, and what is left of it: figure 2(a-c) of the paper.
+/// Charts of the torque and of its residual: figure 2(a-c) of the paper.
 fn charts<'a>(validation: &Validation, picture: &TorquePicture, lines: &'a [Envelope; 3]) -> [Chart<'a>; 2] {
     let joint = validation.joints.iter().find(|joint| joint.coordinate == picture.coordinate);
     let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));

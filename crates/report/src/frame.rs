@@ -1,38 +1,38 @@
-//! Where the axes of a chart stand, and how values become paths between them.
+//! The axes of a chart, and the conversion of values into paths between them.
 
 use std::fmt::Write;
 
-use identification::portrait::envelope::Envelope;
+use identification::plot_data::envelope::Envelope;
 
 use crate::scale::Scale;
 use crate::text::escaped;
 
-/// How wide a chart is.
+/// Width of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Width {
-    /// Beside others.
+    /// For several charts in a row.
     Usual,
-    /// Across two of them.
+    /// Across the page.
     Wide,
 }
 
 impl Width {
-    /// Tenths of a pixel.
+    /// The whole width, tenths of a pixel.
     pub(crate) fn whole(self) -> f64 {
         if self == Width::Usual { 4800.0 } else { 7200.0 }
     }
 
-    /// What the axes take of it on the left; letters of a wide chart are larger on a narrow screen.
+    /// Margin for the axis on the left, tenths of a pixel; letters of a wide chart are larger on a narrow screen.
     pub(crate) fn left(self) -> f64 {
         if self == Width::Usual { 560.0 } else { 760.0 }
     }
 }
 
-/// What is left free on the right.
+/// Margin on the right, tenths of a pixel.
 const RIGHT_MARGIN: f64 = 120.0;
 
-/// Where the axes stand.
-pub(crate) struct Frame {
+/// Scales and position of the axes, tenths of a pixel.
+pub(crate) struct AxesFrame {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
     pub(crate) left: f64,
@@ -41,33 +41,34 @@ pub(crate) struct Frame {
     pub(crate) bottom: f64,
 }
 
-impl Frame {
-    /// The frame of a chart of this width; `top` and `bottom`: ends of its upright axis.
-    pub(crate) fn new(scales: (Scale, Scale), width: Width, top: f64, bottom: f64) -> Frame {
+impl AxesFrame {
+    /// The frame of a chart of this width; `top` and `bottom`: ends of its vertical axis, tenths of a pixel.
+    pub(crate) fn new(scales: (Scale, Scale), width: Width, top: f64, bottom: f64) -> AxesFrame {
         let (x, y) = scales;
-        Frame { x, y, left: width.left(), right: width.whole() - RIGHT_MARGIN, top, bottom }
+        AxesFrame { x, y, left: width.left(), right: width.whole() - RIGHT_MARGIN, top, bottom }
     }
 
-    /// Tenths of a pixel from the left.
+    /// Horizontal position of a value, tenths of a pixel from the left.
     pub(crate) fn px(&self, x: f64) -> i64 {
         (self.left + self.x.place(x) * (self.right - self.left)).round() as i64
     }
 
-    /// Values far outside are clamped to one height of the frame beyond it, because browsers fail on huge coordinates.
+    /// Vertical position of a value, tenths of a pixel from the top. Values far outside are clamped to one height of the frame
+    /// beyond it, because browsers fail on huge coordinates.
     pub(crate) fn py(&self, y: f64) -> i64 {
         (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
     }
 
-    /// What a script needs to draw in it: lower left and upper right corner in tenths of a pixel, and the values at both.
+    /// Data for a script that draws in it: lower left and upper right corner, tenths of a pixel, and the ordinates of both.
     pub(crate) fn for_script(&self) -> String {
-        let Frame { left, right, top, bottom, .. } = self;
+        let AxesFrame { left, right, top, bottom, .. } = self;
         let (low, high) = self.y.ends();
         format!(" data-frame=\"[{left},{bottom},{right},{top},{low},{high}]\"")
     }
 
     /// Grid, ticks and names.
     pub(crate) fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
-        let Frame { left, right, .. } = self;
+        let AxesFrame { left, right, .. } = self;
         let below = self.bottom + 180.0;
         // Writing to a String cannot fail.
         for (y, text) in self.y.ticks() {
@@ -88,7 +89,7 @@ impl Frame {
         let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
     }
 
-    /// Pieces of lines; a piece of one point is a dot.
+    /// The path of several lines; a line of one point is a dot.
     pub(crate) fn path(&self, pieces: &[Vec<(f64, f64)>]) -> String {
         let mut s = String::new();
         for piece in pieces {
@@ -109,7 +110,7 @@ impl Frame {
         s
     }
 
-    /// Outlines of the pieces: forward along the largest values, back along the smallest.
+    /// Outlines of an envelope's segments: forward along the largest values, back along the smallest.
     pub(crate) fn area(&self, envelope: &Envelope) -> String {
         let mut s = String::new();
         for piece in envelope.pieces() {
@@ -123,11 +124,11 @@ impl Frame {
 }
 
 fn relative(s: &mut String, dx: i64, dy: i64) -> std::fmt::Result {
-    // A minus divides as well as a blank.
+    // A minus sign separates numbers like a blank.
     if dy < 0 { write!(s, "l{dx}{dy}") } else { write!(s, "l{dx} {dy}") }
 }
 
-/// The pieces of a line of single samples.
+/// The segments of an envelope of single samples, as lines.
 pub(crate) fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
     envelope.pieces().iter().map(|piece| piece.iter().map(|span| (span.t, span.low)).collect()).collect()
 }

@@ -1,6 +1,6 @@
-//! What may be trusted, by purpose and by joint, with the claims behind it.
+//! Trust by purpose and by joint, with the claims that it follows from.
 
-use claims::{Claim, Outcome, Standing, Topic};
+use claims::{Claim, EvidenceLevel, Outcome, Topic};
 use identification::estimate::artefact::Estimate;
 use identification::estimate::verdict::{Trust, Verdict, claim_line};
 use serde::Serialize;
@@ -11,7 +11,7 @@ use crate::number::percent;
 #[derive(Serialize)]
 pub(crate) struct Grades {
     purposes: Vec<PurposeRow>,
-    /// What is claimed of joints: the heads of the columns.
+    /// Topics of claims on joints: the heads of the columns.
     topics: Vec<&'static str>,
     joints: Vec<JointRow>,
 }
@@ -32,12 +32,12 @@ struct JointRow {
     cells: Vec<Cell>,
 }
 
-/// What is claimed on one topic of one joint.
+/// The claim on one topic of one joint.
 #[derive(Serialize)]
 struct Cell {
     class: &'static str,
     word: String,
-    /// All that is claimed.
+    /// The claim as a sentence.
     claim: String,
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn class(trust: Trust) -> &'static str {
     }
 }
 
-/// The grades of a verdict; `None` where it claims nothing of joints.
+/// The grades of a verdict; `None` where it has no claims on joints.
 pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<Grades> {
     let purpose = |of: &identification::estimate::verdict::UseVerdict| PurposeRow {
         name: of.name.clone(),
@@ -65,6 +65,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     };
     let joints = estimate.map(|e| e.joints.as_slice()).unwrap_or_default();
     let is_of_joints = |claim: &&Claim| joints.iter().any(|joint| claim.subject().of.contains(&joint.coordinate));
+    // Topics in the order of the claims, each once.
     let mut topics: Vec<Topic> = Vec::new();
     for claim in verdict.claims.iter().filter(is_of_joints) {
         let topic = claim.subject().topic;
@@ -75,6 +76,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     if topics.is_empty() || joints.is_empty() {
         return None;
     }
+    // A row per joint: its error on held-out data, and a cell per topic.
     let row = |joint: &identification::estimate::residuals::JointResidual| JointRow {
         name: joint.coordinate.clone(),
         held_out: joint.held_out.map_or("-".into(), percent),
@@ -87,7 +89,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     })
 }
 
-/// The lowest claim on a topic of a joint.
+/// The cell of the claim with the lowest level of evidence on a topic of a joint.
 fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
     let about = |claim: &&Claim| claim.subject().topic == topic && claim.subject().of.contains(joint);
     let Some(claim) = claims.iter().filter(about).min_by_key(|claim| claim.standing()) else {
@@ -95,9 +97,9 @@ fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
     };
     let (class, word) = match (claim.standing(), claim.outcome()) {
         (_, Outcome::Agrees { smallest }) => ("yes", format!("{smallest} would show")),
-        (Standing::Refused, _) => ("no", "contradicted".into()),
-        (Standing::Proven, _) => ("yes", "proven".into()),
-        (Standing::Assumed, _) => ("care", "assumed".into()),
+        (EvidenceLevel::Refused, _) => ("no", "contradicted".into()),
+        (EvidenceLevel::Proven, _) => ("yes", "proven".into()),
+        (EvidenceLevel::Assumed, _) => ("care", "assumed".into()),
         _ => ("open", "cannot tell".into()),
     };
     Cell { class, word, claim: claim_line(claim) }

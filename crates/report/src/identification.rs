@@ -5,23 +5,23 @@ use gate::shown;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
-use identification::portrait::envelope::DRAWN_SPANS;
-use identification::portrait::{JointPortrait, Portrait};
+use identification::plot_data::envelope::DRAWN_SPANS;
+use identification::plot_data::{JointPlotData, PlotData};
 use serde::Serialize;
 
 use crate::chart::Chart;
 use crate::compact::compact;
-use crate::comparison::{Comparison, Other, comparison};
+use crate::comparison::{Comparison, OtherEstimate, comparison};
 use crate::drawing::Drawing;
 use crate::excitation::{self, MOTION_TIME, MotionPart, ShownMotion};
 use crate::experiments::{self, PlanPart, PlanProof, VALIDATION_TIME, ValidationPart};
 use crate::grades::{self, Grades, class};
 use crate::information::{self, MapPart};
-use crate::joints::{self, Joint, LOG_TIME};
+use crate::joints::{self, JointSection, LOG_TIME};
 use crate::motion::{self, Used};
 use crate::number::{percent, significant};
 pub use crate::parameters::Subject;
-use crate::parameters::{self, Group};
+use crate::parameters::{self, LinkParameters};
 use crate::template::rendered;
 
 const STYLE: &str = concat!(
@@ -37,51 +37,51 @@ pub struct Page<'a> {
     pub subject: Option<Subject<'a>>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
-    /// What was found again of them.
+    /// Their repeated proofs.
     pub plan_proof: Option<&'a PlanProof>,
     /// The exciting motion.
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
-    /// Another estimate that it is held against.
-    pub against: Option<Other<'a>>,
-    /// What the estimate makes of logs.
-    pub portrait: Option<&'a Portrait>,
-    /// How well it predicts other logs.
+    /// Another estimate for comparison.
+    pub against: Option<OtherEstimate<'a>>,
+    /// Plot data of logs and the predictions of the estimate.
+    pub plot_data: Option<&'a PlotData>,
+    /// Its errors on other logs.
     pub validation: Option<&'a Validation>,
     /// Whether to trust it.
     pub verdict: Option<&'a Verdict>,
-    /// Where all this comes from.
+    /// The origin of the page.
     pub origin: Origin<'a>,
 }
 
-/// Where a page comes from.
+/// The origin of a page.
 #[derive(Clone, Copy, Default)]
 pub struct Origin<'a> {
     /// The date, as the user gave it.
     pub date: Option<&'a str>,
-    /// Of the program.
+    /// Version of the program.
     pub version: &'a str,
-    /// The command that made the page, as it was typed.
+    /// The command line that made the page.
     pub command: &'a str,
     /// Path of the description.
     pub model: Option<&'a str>,
 }
 
 #[derive(Serialize)]
-struct Content {
+struct IdentificationContext {
     style: &'static str,
     script: String,
     name: String,
     title: String,
     kind: &'static str,
-    /// The lines over each axis of time, by its name, as JSON that is safe in a page.
+    /// The lines over each time axis, by its name, as JSON that is safe in a page.
     times: Vec<(&'static str, String)>,
-    /// The robot, and the axis of time that it moves along.
+    /// The robot, and the time axis along which it moves.
     drawing: Option<(String, &'static str)>,
-    has_described: bool,
+    has_nominal: bool,
     verdict: Option<VerdictPart>,
-    portrait: Option<PortraitPart>,
+    plot_data: Option<PlotPart>,
     estimate: Option<EstimatePart>,
     plan: Option<PlanPart>,
     motion: Option<MotionPart>,
@@ -90,11 +90,11 @@ struct Content {
 }
 
 #[derive(Serialize)]
-struct PortraitPart {
-    joints: Vec<Joint>,
+struct PlotPart {
+    joints: Vec<JointSection>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
-    /// Samples behind one span of the drawn lines, where there are several.
+    /// Number of samples per span of the drawn lines, if more than one.
     thinned: Option<usize>,
     used: Vec<Used>,
     map: Option<MapPart>,
@@ -106,7 +106,7 @@ struct EstimatePart {
     method: String,
     total: Option<String>,
     held_out: Option<String>,
-    groups: Vec<Group>,
+    groups: Vec<LinkParameters>,
     has_rules: bool,
     comparison: Option<Comparison>,
     directions: Vec<DirectionPart>,
@@ -123,7 +123,7 @@ struct VerdictPart {
     reasons: Vec<String>,
     next: String,
     uses: Vec<UsePart>,
-    /// What agrees and what cannot be told, a sentence each.
+    /// A sentence on each claim that is not contradicted.
     claims: Vec<String>,
     grades: Option<Grades>,
 }
@@ -158,13 +158,13 @@ impl Page<'_> {
 
     /// Its charts as files of SVG, by name.
     pub fn pictures(&self) -> Vec<(String, String)> {
-        let of_logs = self.portrait.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
+        let of_logs = self.plot_data.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_validation = self.validation.map(experiments::pictures).unwrap_or_default();
         let of_logs = of_logs.into_iter().map(|(name, chart): (String, Chart)| (name, chart.alone()));
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
-            // Names of joints may differ by what no name of a file holds.
+            // Names of joints may only differ by characters that file names cannot contain.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
                 name.push('_');
@@ -174,13 +174,13 @@ impl Page<'_> {
         files
     }
 
-    fn content(&self) -> Content {
+    fn content(&self) -> IdentificationContext {
         let kind = self.kind();
         let times = self.times();
         let drawing = self.drawing(&times);
-        let portrait = self.portrait.map(|portrait| self.portrait_part(portrait));
-        let has_map = portrait.as_ref().is_some_and(|part| part.map.is_some());
-        Content {
+        let plot_data = self.plot_data.map(|plot_data| self.plot_part(plot_data));
+        let has_map = plot_data.as_ref().is_some_and(|part| part.map.is_some());
+        IdentificationContext {
             style: STYLE,
             script: self.script(!times.is_empty(), has_map, drawing.is_some()),
             name: self.name(),
@@ -188,9 +188,9 @@ impl Page<'_> {
             kind,
             times,
             drawing,
-            has_described: self.subject.is_some_and(|s| s.described.is_some()),
+            has_nominal: self.subject.is_some_and(|s| s.described.is_some()),
             verdict: self.verdict.map(|found| verdict(found, self.estimate)),
-            portrait,
+            plot_data,
             estimate: self.estimate.map(|estimate| self.estimate_part(estimate)),
             plan: self.plan.map(|plan| experiments::plan(plan, self.plan_proof)),
             motion: self.motion.map(excitation::motion),
@@ -199,16 +199,16 @@ impl Page<'_> {
         }
     }
 
-    fn portrait_part(&self, portrait: &Portrait) -> PortraitPart {
-        // Of a page with logs the static charts show so many samples in a step.
-        let thinned = |j: &JointPortrait| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
-        PortraitPart {
-            joints: joints::joints(portrait, self.estimate),
-            part_names: identification::portrait::split::TORQUE_PART_NAMES,
-            logs: portrait.logs.iter().map(|log| log.name.clone()).collect(),
-            thinned: portrait.joints.iter().map(thinned).max().filter(|n| *n > 1),
-            used: motion::used(portrait, self.subject.map(|s| s.robot)),
-            map: information::map(portrait),
+    fn plot_part(&self, plot_data: &PlotData) -> PlotPart {
+        // Number of samples per step of the static charts.
+        let thinned = |j: &JointPlotData| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
+        PlotPart {
+            joints: joints::joints(plot_data, self.estimate),
+            part_names: identification::plot_data::split::TORQUE_PART_NAMES,
+            logs: plot_data.logs.iter().map(|log| log.name.clone()).collect(),
+            thinned: plot_data.joints.iter().map(thinned).max().filter(|n| *n > 1),
+            used: motion::used(plot_data, self.subject.map(|s| s.robot)),
+            map: information::map(plot_data),
         }
     }
 
@@ -228,7 +228,7 @@ impl Page<'_> {
         }
     }
 
-    /// What the page is: of the parts that it has, what the later ones are made from does not head it.
+    /// The heading of the page: by its last part in the order plan, motion, validation, estimate.
     fn kind(&self) -> &'static str {
         match (self.estimate, self.validation, self.motion, self.plan) {
             (Some(_), ..) if self.against.is_some() => "Two estimates compared",
@@ -241,17 +241,17 @@ impl Page<'_> {
         }
     }
 
-    /// The axes of time of a page by their names.
+    /// The time axes of a page by their names.
     fn times(&self) -> Vec<(&'static str, String)> {
-        let of_logs = self.portrait.and_then(joints::timeline);
+        let of_logs = self.plot_data.and_then(joints::timeline);
         let of_motion = self.motion.and_then(excitation::timeline);
         let of_validation = self.validation.and_then(experiments::timeline);
         let all = [(LOG_TIME, of_logs), (MOTION_TIME, of_motion), (VALIDATION_TIME, of_validation)];
         all.into_iter().filter_map(|(name, time)| Some((name, time?.to_json()))).collect()
     }
 
-    /// The robot and what it moves along: the logs, or else the motion. A robot with loops that are solved numerically is
-    /// drawn on its own page: what closes them has no room beside the plots.
+    /// The robot and the time axis along which it moves: the logs, or else the motion. A robot with numerically solved loops is
+    /// only drawn on its own page, which has the script that closes them.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
         let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;
@@ -279,7 +279,7 @@ impl Page<'_> {
         of_estimate.or_else(of_plan).or_else(of_motion).or_else(of_validation).unwrap_or_else(|| "robot".into())
     }
 
-    /// The facts on where everything comes from, each with its heading.
+    /// Facts on the origin of the data, each with its heading.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();
@@ -333,7 +333,7 @@ fn directions(estimate: &Estimate) -> Vec<DirectionPart> {
             .map_or(String::new(), |p| crate::number::unit(&p.unit.to_string()))
     };
     let part = |d: &identification::estimate::directions::Direction| {
-        let member = |m: &identification::estimate::directions::Member| {
+        let member = |m: &identification::estimate::directions::DirectionMember| {
             let sign = if m.change < 0.0 { "−" } else { "+" };
             format!("{} {sign}{} {}", m.parameter, significant(m.change.abs(), 2), unit(&m.parameter))
         };

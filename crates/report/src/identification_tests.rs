@@ -27,26 +27,26 @@ fn the_page_stands_alone() {
     assert!(!html.contains("could not be made"), "{html}");
     assert!(html.contains("arm &amp; co") && html.contains("Torque of q&lt;1&gt;") && html.contains("ZZR1"));
     assert!(html.contains("not identifiable") && html.contains("0.300"), "{html}");
-    // The page loads nothing: its only address is the name of the SVG language.
+    // The page loads no file: its only address is the name space of SVG.
     assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
-    // One more holds the frames that lines are cut at.
+    // One further SVG has the clip paths of the charts.
     assert_eq!(html.matches("<svg").count(), page.pictures().len() + 1);
     assert!(!Page::default().html().contains("<h2"), "{}", Page::default().html());
 }
 
-/// A page with every part, of names that are markup.
+/// Passes a page with every part, and names that are markup, to `see`.
 fn whole_page(see: impl FnOnce(&str)) {
     let robot = robot::format::read_yaml(crate::test_page::ARM, "arm.yaml").unwrap();
     let mut derivation = modeling::Derivation::new(&robot).unwrap();
     let standard = derivation.regressor();
     let parameters = derivation.base_parameters(&standard).unwrap();
     let subject = Subject { robot: &robot, parameters: &parameters, described: None };
-    let (portrait, estimate, verdict) =
-        (crate::test_page::portrait(), crate::test_page::estimate(), crate::test_page::verdict());
+    let (plot_data, estimate, verdict) =
+        (crate::test_page::plot_data(), crate::test_page::estimate(), crate::test_page::verdict());
     let page = Page {
         subject: Some(subject),
         estimate: Some(&estimate),
-        portrait: Some(&portrait),
+        plot_data: Some(&plot_data),
         verdict: Some(&verdict),
         ..Page::default()
     };
@@ -63,7 +63,7 @@ fn scripts(html: &str) -> Vec<&str> {
 fn a_page_is_alive_within_its_room() {
     whole_page(|html| {
         assert!(!html.contains("could not be made"), "{html}");
-        // Beside its data, whose letters may spell anything.
+        // Without its data, whose letters may spell anything.
         let shown = html.split("<script type=\"application/json\"").map(|part| part.split("</script>").last().unwrap());
         assert!(shown.clone().count() > 2 && shown.clone().all(|part| !part.contains("NaN")), "{html}");
         let [script] = scripts(html)[..] else { panic!("one script") };
@@ -73,7 +73,7 @@ fn a_page_is_alive_within_its_room() {
         {
             assert!(html.contains(part), "{part}");
         }
-        // It loads nothing: no address but the name of the SVG language, nothing with a source, no import.
+        // It loads no file: only the name space of SVG as an address, no attribute src, no import.
         assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
         for word in [" src=", "url(h", "url(d", "url(\"", "@import", "import(", "fetch(", "XMLHttp", "WebSocket"] {
             assert!(!html.contains(word), "{word}");
@@ -98,14 +98,14 @@ fn grades_are_by_purpose_and_joint() {
     whole_page(|html| {
         let (_, part) = html.split_once("<section id=\"grades\">").unwrap();
         let part = part.split("</section>").next().unwrap();
-        for told in [
+        for expected in [
             "gravity compensation",
             "1.23\u{202f}%, q2 3.40\u{202f}%",
             "0.4 deg would show",
             "cannot tell",
             "contradicted",
         ] {
-            assert!(part.contains(told), "{told}: {part}");
+            assert!(part.contains(expected), "{expected}: {part}");
         }
         assert!(part.contains("title=\"cannot tell: zero of q"), "{part}");
     });
@@ -116,7 +116,7 @@ fn headings_are_those_of_the_page() {
     let plan = ExperimentPlan::default();
     let (of_logs, of_experiments) = (crate::test_page::estimate(), Estimate::default());
     let validation = Validation::default();
-    let other = Other { name: "monday.yaml", estimate: &of_logs };
+    let other = OtherEstimate { name: "monday.yaml", estimate: &of_logs };
     let kinds = [
         (Page { estimate: Some(&of_logs), against: Some(other), ..Page::default() }, "Two estimates compared"),
         (Page { plan: Some(&plan), ..Page::default() }, "Plan of experiments"),

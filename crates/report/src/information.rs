@@ -1,73 +1,78 @@
-//! Which parameters are told together, as a map, and which rows tell a parameter.
+//! A map of the correlations of parameters, and the leverage of the rows in each parameter.
 
-use identification::portrait::Portrait;
-use identification::portrait::information::{Information, PARTS_OF_TIME};
+use identification::plot_data::PlotData;
+use identification::plot_data::information::{Information, PARTS_OF_TIME};
 use serde::Serialize;
 use std::fmt::Write;
 
 use crate::number::significant;
 use crate::timeline::letters;
 
-/// The map and the rows of a page; `templates/map.js` makes them answer.
+/// The map and the rows of a page; `templates/map.js` makes them interactive.
 #[derive(Serialize)]
 pub(crate) struct MapPart {
     /// Names of the parameters, in the order of the map.
     names: Vec<String>,
     svg: String,
     json: String,
-    /// Pairs that are told together most, each with its correlation.
+    /// The most correlated pairs, each with its correlation.
     pairs: Vec<(String, String, String)>,
-    /// The parameter that is shown first, by its place, and for each joint its share and those of the parts of time,
-    /// from 0 to 1.
+    /// Index of the parameter that is shown first, and for each joint its leverage and the levels of the intervals of time, from
+    /// 0 to 1.
     picked: usize,
     rows: Vec<(String, String, Vec<String>)>,
-    /// Every how many instants were looked at.
+    /// Step between the instants that were evaluated.
     every: usize,
-    /// Length of a part of time.
+    /// Length of an interval of time.
     part: String,
 }
 
-/// What a script needs.
+/// Data for the script.
 #[derive(Serialize)]
 struct Data<'a> {
     names: &'a [String],
     joints: Vec<&'a str>,
     parts: usize,
-    /// Two letters a pair, i > j: 2047 (rho + 1).
+    /// Two letters per pair, i > j: 2047 (rho + 1).
     rho: String,
-    /// A letter a part: 63 sqrt(share / the largest of the parameter), by parameter, joint and part.
+    /// A letter per interval: 63 sqrt(leverage / largest leverage of the parameter), by parameter, joint and interval.
     shares: String,
-    /// The share of each joint, by parameter.
+    /// The leverage of each joint, by parameter.
     sums: Vec<Vec<f64>>,
 }
 
-/// Steps of |rho| that the map tells apart; less than the first is left white.
-const LEVELS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// Pairs in words.
+/// Steps of |rho| that the map distinguishes; below the first, a square is white.
+const CORRELATION_LEVELS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Largest code of one letter.
+const LARGEST_LETTER: f64 = 63.0;
+/// Steps between rho = 0 and rho = 1 in two letters.
+const RHO_STEPS: f64 = 2047.0;
+/// Largest number of pairs that are named.
 const PAIRS_IN_WORDS: usize = 6;
-/// Less is no pair to be named.
-const WORTH_NAMING: f64 = 0.5;
+/// Least |rho| of a pair that is named.
+const NAMED_CORRELATION: f64 = 0.5;
 
-/// The map of a portrait; `None` where fewer than two parameters are determined.
-pub(crate) fn map(portrait: &Portrait) -> Option<MapPart> {
-    let found = &portrait.information;
+/// The map of plot data; `None` where fewer than two parameters are identifiable.
+pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
+    let found = &plot_data.information;
     let names: Vec<String> = found.parameters.iter().map(ToString::to_string).collect();
     if names.len() < 2 {
         return None;
     }
-    let joints: Vec<&str> = portrait.joints.iter().map(|j| j.coordinate.as_str()).collect();
+    let joints: Vec<&str> = plot_data.joints.iter().map(|j| j.coordinate.as_str()).collect();
     let of_joint = joints.len() * PARTS_OF_TIME;
     let by_parameter: Vec<&[f64]> = found.shares.chunks(of_joint.max(1)).collect();
+    // Sums are rounded to four decimals.
     let sum = |shares: &[f64]| (1e4 * shares.iter().sum::<f64>()).round() / 1e4;
     let sums: Vec<Vec<f64>> = by_parameter.iter().map(|of| of.chunks(PARTS_OF_TIME).map(sum).collect()).collect();
     let level = |share: &f64, largest: f64| if largest > 0.0 { (share / largest).sqrt() } else { 0.0 };
     let text = |of: &&[f64]| -> String {
         let largest = of.iter().copied().fold(0.0, f64::max);
-        of.iter().map(|share| letters((63.0 * level(share, largest)).round() as u32, 1)).collect()
+        of.iter().map(|share| letters((LARGEST_LETTER * level(share, largest)).round() as u32, 1)).collect()
     };
-    let rho = found.correlation.iter().map(|rho| letters((2047.0 * (rho + 1.0)).round() as u32, 2)).collect();
+    let rho = found.correlation.iter().map(|rho| letters((RHO_STEPS * (rho + 1.0)).round() as u32, 2)).collect();
     let shares = by_parameter.iter().map(text).collect();
-    // The page begins with the parameter that has most in common with another.
+    // The page first shows the parameter with the largest correlation.
     let pairs = strongest(found);
     let picked = pairs.first().map_or(0, |pair| pair.1);
     let (first, of_first) = (by_parameter.get(picked)?, sums.get(picked)?);
@@ -78,13 +83,13 @@ pub(crate) fn map(portrait: &Portrait) -> Option<MapPart> {
     };
     let rows = joints.iter().zip(of_first).zip(first.chunks(PARTS_OF_TIME)).map(row).collect();
     let data = Data { names: &names, joints: joints.clone(), parts: PARTS_OF_TIME, rho, shares, sums: sums.clone() };
-    // Texts and numbers without maps: nothing in it can fail. No `<` closes the script.
+    // Cannot fail: texts and numbers without maps. `<` is escaped, so that no text closes the script.
     let json = gate::shown::json(&serde_json::to_string(&data).unwrap_or_default()).replace('<', "\\u003c");
     let named = |(rho, i, j): &(f64, usize, usize)| (names[*i].clone(), names[*j].clone(), format!("{rho:.2}"));
     Some(MapPart {
         svg: svg(found),
         json,
-        pairs: pairs.iter().filter(|p| p.0.abs() >= WORTH_NAMING).take(PAIRS_IN_WORDS).map(named).collect(),
+        pairs: pairs.iter().filter(|p| p.0.abs() >= NAMED_CORRELATION).take(PAIRS_IN_WORDS).map(named).collect(),
         picked,
         rows,
         every: found.every,
@@ -93,13 +98,13 @@ pub(crate) fn map(portrait: &Portrait) -> Option<MapPart> {
     })
 }
 
-/// As the script writes it.
+/// A share as per cent, in the same form as in the script.
 fn per_cent(share: f64) -> String {
     let digits = usize::from(share < 0.1);
     format!("{:.digits$} %", 100.0 * share)
 }
 
-/// rho, i and j of all pairs, the strongest first.
+/// rho, i and j of all pairs, sorted by |rho|, the largest first.
 fn strongest(found: &Information) -> Vec<(f64, usize, usize)> {
     let below = (0..found.parameters.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut pairs: Vec<_> = found.correlation.iter().zip(below).map(|(rho, (i, j))| (*rho, i, j)).collect();
@@ -107,12 +112,12 @@ fn strongest(found: &Information) -> Vec<(f64, usize, usize)> {
     pairs
 }
 
-/// A square for each pair, a row for each parameter: one path for each level and sign.
+/// A square per pair, a row per parameter: one path per level and sign.
 fn svg(found: &Information) -> String {
     let p = found.parameters.len();
-    let mut paths = vec![[String::new(), String::new()]; LEVELS.len()];
+    let mut paths = vec![[String::new(), String::new()]; CORRELATION_LEVELS.len()];
     for (rho, i, j) in strongest(found) {
-        let Some(level) = LEVELS.iter().rposition(|least| rho.abs() >= *least) else { break };
+        let Some(level) = CORRELATION_LEVELS.iter().rposition(|least| rho.abs() >= *least) else { break };
         let path = &mut paths[level][usize::from(rho < 0.0)];
         // Writing to a String cannot fail.
         let _ = write!(path, "M{j} {i}.5h1M{i} {j}.5h1");

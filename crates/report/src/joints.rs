@@ -1,11 +1,11 @@
-//! The joints: the parts of each torque, the residual, and whether the residual is noise.
+//! The joints: the components of each torque, the residual, and whether the residual is noise.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};
 use identification::estimate::identified::INTERVAL;
-use identification::portrait::envelope::Envelope;
-use identification::portrait::split::TORQUE_PART_NAMES;
-use identification::portrait::{JointPortrait, Portrait};
+use identification::plot_data::envelope::Envelope;
+use identification::plot_data::split::TORQUE_PART_NAMES;
+use identification::plot_data::{JointPlotData, PlotData};
 use serde::Serialize;
 
 use crate::chart::Chart;
@@ -15,18 +15,18 @@ use crate::timeline::Timeline;
 
 /// A joint of the page.
 #[derive(Serialize)]
-pub(crate) struct Joint {
+pub(crate) struct JointSection {
     name: String,
-    /// Of the portrait's logs.
+    /// Relative error on the logs of the plot data.
     relative: String,
     rms: String,
     held_out: String,
     memory: String,
-    /// Shares of the parts, each with its word, in per cent of their sum.
+    /// Shares of the components of the torque, each with its name, in per cent of their sum.
     shares: Vec<Share>,
-    /// Torque and what is left of it, one below the other.
+    /// Torque and residual, one below the other.
     plot: String,
-    charts: Vec<Figure>,
+    charts: Vec<ChartFigure>,
 }
 
 #[derive(Serialize)]
@@ -39,20 +39,25 @@ struct Share {
 
 /// A chart with its caption.
 #[derive(Serialize)]
-pub(crate) struct Figure {
+pub(crate) struct ChartFigure {
     pub caption: String,
     pub svg: String,
 }
 
-/// Classes of the style sheet, of the parts of a torque in their order.
+/// Autocorrelation time over the time of filtered noise, below which a residual counts as noise.
+const NOISE_TIME_RATIO: f64 = 1.5;
+/// Largest frequency of a drawn spectrum, over the cut-off.
+const SHOWN_FREQUENCY_RATIO: f64 = 1.3;
+
+/// Classes of the style sheet for the components of a torque, in their order.
 const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
-/// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
-pub(crate) fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
-    portrait.joints.iter().enumerate().map(|(k, joint)| one(k, joint, portrait, estimate)).collect()
+/// The joints of plot data. `estimate` gives the errors on held-out data and the cut-off.
+pub(crate) fn joints(plot_data: &PlotData, estimate: Option<&Estimate>) -> Vec<JointSection> {
+    plot_data.joints.iter().enumerate().map(|(k, joint)| one(k, joint, plot_data, estimate)).collect()
 }
 
-fn one(k: usize, joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) -> Joint {
+fn one(k: usize, joint: &JointPlotData, plot_data: &PlotData, estimate: Option<&Estimate>) -> JointSection {
     let of_estimate = estimate.and_then(|e| e.joints.iter().find(|j| j.coordinate == joint.coordinate));
     let sum: f64 = joint.part_rms.iter().sum();
     let share = |(k, rms): (usize, &f64)| Share {
@@ -62,111 +67,111 @@ fn one(k: usize, joint: &JointPortrait, portrait: &Portrait, estimate: Option<&E
         text: format!("{} {}", significant(*rms, 3), joint.unit),
     };
     let memory = of_estimate.and_then(|j| j.memory);
-    Joint {
+    JointSection {
         name: joint.coordinate.clone(),
         relative: if joint.torque_rms > 0.0 { percent(joint.residual_rms / joint.torque_rms) } else { "-".into() },
         rms: format!("{} {}", significant(joint.residual_rms, 3), joint.unit),
         held_out: of_estimate.and_then(|j| j.held_out).map_or("-".into(), percent),
         memory: memory.map_or("-".into(), |memory| likeness(memory, estimate.and_then(|e| e.cutoff))),
         shares: joint.part_rms.iter().enumerate().map(share).collect(),
-        plot: plot(k, joint, portrait),
-        charts: charts(joint, portrait, memory, estimate.and_then(|e| e.cutoff)),
+        plot: plot(k, joint, plot_data),
+        charts: charts(joint, plot_data, memory, estimate.and_then(|e| e.cutoff)),
     }
 }
 
-/// The time over which a residual is correlated, compared with noise behind the same filter.
+/// The autocorrelation time of a residual, s, compared with noise after the same filter.
 fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     let seconds = format!("{} s", significant(memory, 2));
     match cutoff.map(|hz| memory * hz / NOISE_MEMORY_PERIODS) {
         None => seconds,
-        Some(times) if times < 1.5 => format!("{seconds}, as noise"),
+        Some(times) if times < NOISE_TIME_RATIO => format!("{seconds}, as noise"),
         Some(times) => format!("{seconds}, {times:.1} × noise"),
     }
 }
 
 /// The charts of a joint by their file names, for a folder of pictures.
-pub(crate) fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
+pub(crate) fn pictures<'a>(plot_data: &'a PlotData, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
     let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
-        let charts = torques(joint, portrait).into_iter().chain(drawn(joint, portrait, None, cutoff));
+        let charts = torques(joint, plot_data).into_iter().chain(drawn(joint, plot_data, None, cutoff));
         charts.map(|(name, _, chart)| (format!("{name}_{}", joint.coordinate), chart)).collect::<Vec<_>>()
     };
-    portrait.joints.iter().flat_map(named).collect()
+    plot_data.joints.iter().flat_map(named).collect()
 }
 
-fn charts(joint: &JointPortrait, portrait: &Portrait, memory: Option<f64>, cutoff: Option<f64>) -> Vec<Figure> {
-    let figure = |(_, caption, chart): (&str, String, Chart)| Figure { caption, svg: chart.svg() };
-    drawn(joint, portrait, memory, cutoff).into_iter().map(figure).collect()
+fn charts(joint: &JointPlotData, plot_data: &PlotData, memory: Option<f64>, cutoff: Option<f64>) -> Vec<ChartFigure> {
+    let figure = |(_, caption, chart): (&str, String, Chart)| ChartFigure { caption, svg: chart.svg() };
+    drawn(joint, plot_data, memory, cutoff).into_iter().map(figure).collect()
 }
 
-/// The axis of time of the logs.
+/// Name of the time axis of the logs.
 pub(crate) const LOG_TIME: &str = "log";
 
-/// The axis of time of a portrait's plots, with the torques of each joint, what is left of them, and its position; for
-/// the script of a page. `None` without samples.
-pub(crate) fn timeline(portrait: &Portrait) -> Option<Timeline> {
-    Timeline::new(portrait.joints.iter().enumerate().flat_map(|(k, joint)| lines(k, joint)))
+/// The time axis of the plots, with the torques, the residual and the position of each joint, for the script of a page.
+/// `None` without samples.
+pub(crate) fn timeline(plot_data: &PlotData) -> Option<Timeline> {
+    Timeline::new(plot_data.joints.iter().enumerate().flat_map(|(k, joint)| lines(k, joint)))
 }
 
 /// The lines of joint k by their keys.
-fn lines(k: usize, joint: &JointPortrait) -> Vec<(String, &Envelope)> {
-    let described = joint.described.as_ref().map(|line| (format!("d{k}"), line));
+fn lines(k: usize, joint: &JointPlotData) -> Vec<(String, &Envelope)> {
+    let nominal = joint.nominal.as_ref().map(|line| (format!("d{k}"), line));
     let keys = ["m", "p", "r", "q"].map(|key| format!("{key}{k}"));
     let lines = [&joint.measured, &joint.predicted, &joint.residual, &joint.course];
-    keys.into_iter().zip(lines).chain(described).collect()
+    keys.into_iter().zip(lines).chain(nominal).collect()
 }
 
-/// The torques of joint k and what is left, for a script: the names of the lines are in the legend of the page.
-fn plot(k: usize, joint: &JointPortrait, portrait: &Portrait) -> String {
+/// The torques and the residual of joint k, for a script; the legend of the page has the names of the lines.
+fn plot(k: usize, joint: &JointPlotData, plot_data: &PlotData) -> String {
     let key = |letter: &str| format!("{letter}{k}");
-    let span = portrait.logs.first().zip(portrait.logs.last()).map_or((0.0, 1.0), |(a, b)| (a.from, b.to));
-    let [torque, residual] = torques(joint, portrait).map(|(_, _, chart)| chart.wide(span));
+    let span = plot_data.logs.first().zip(plot_data.logs.last()).map_or((0.0, 1.0), |(a, b)| (a.from, b.to));
+    let [torque, residual] = torques(joint, plot_data).map(|(_, _, chart)| chart.wide(span));
     let mut legend = vec![(key("m"), "a", "measured".to_string())];
-    legend.extend(joint.described.as_ref().map(|_| (key("d"), "c", "description".to_string())));
+    legend.extend(joint.nominal.as_ref().map(|_| (key("d"), "c", "description".to_string())));
     legend.push((key("p"), "b", "identified".to_string()));
     let of_torque = legend.iter().map(|(key, _, _)| key.clone()).collect();
-    legend.push((key("r"), "d", "what is left".to_string()));
+    legend.push((key("r"), "d", "residual".to_string()));
     let svgs = vec![torque.live(of_torque).svg(), residual.low().live(vec![String::new(), key("r")]).svg()];
     let band = significant(INTERVAL * joint.residual_rms, 2);
-    let caption = format!("Torque, and what is left of it with its 95 % band of ±{band} {}", joint.unit);
+    let caption = format!("Torque, and residual with its 95 % band of ±{band} {}", joint.unit);
     Plot { time: LOG_TIME, caption, legend, svgs }.html()
 }
 
-/// File name, caption and chart of the torque and of what is left of it.
-fn torques<'a>(joint: &'a JointPortrait, portrait: &Portrait) -> [(&'static str, String, Chart<'a>); 2] {
+/// File name, caption and chart of the torque and of the residual.
+fn torques<'a>(joint: &'a JointPlotData, plot_data: &PlotData) -> [(&'static str, String, Chart<'a>); 2] {
     let unit = joint.unit.as_str();
     let band = INTERVAL * joint.residual_rms;
-    let mut torque = over_time("Torque", joint, portrait).envelope("measured", "a", &joint.measured);
-    if let Some(described) = &joint.described {
-        torque = torque.envelope("description", "c", described);
+    let mut torque = over_time("Torque", joint, plot_data).envelope("measured", "a", &joint.measured);
+    if let Some(nominal) = &joint.nominal {
+        torque = torque.envelope("description", "c", nominal);
     }
-    let residual = over_time("Residual", joint, portrait).band("95 % of it", -band, band);
+    let residual = over_time("Residual", joint, plot_data).band("95 % of it", -band, band);
     [
         ("torque", "Torque".to_string(), torque.envelope("identified", "b", &joint.predicted)),
         (
             "residual",
-            format!("What is left, with its 95 % band of ±{} {unit}", significant(band, 2)),
+            format!("Residual, with its 95 % band of ±{} {unit}", significant(band, 2)),
             residual.envelope("measured − identified", "d", &joint.residual),
         ),
     ]
 }
 
-/// An empty chart of a joint over time, with a line where one log ends and the next begins.
-fn over_time<'a>(title: &str, joint: &JointPortrait, portrait: &Portrait) -> Chart<'a> {
-    let borders: Vec<f64> = portrait.logs.iter().skip(1).map(|log| log.from).collect();
+/// An empty chart of a joint over time, with a vertical line between logs.
+fn over_time<'a>(title: &str, joint: &JointPlotData, plot_data: &PlotData) -> Chart<'a> {
+    let borders: Vec<f64> = plot_data.logs.iter().skip(1).map(|log| log.from).collect();
     Chart::new(format!("{title} of {}", joint.coordinate), ("time, s", &joint.unit)).with_zero().borders(borders)
 }
 
-/// File name, caption and chart of all else.
+/// File name, caption and chart of all other charts.
 fn drawn<'a>(
-    joint: &'a JointPortrait,
-    portrait: &'a Portrait,
+    joint: &'a JointPlotData,
+    plot_data: &'a PlotData,
     memory: Option<f64>,
     cutoff: Option<f64>,
 ) -> Vec<(&'static str, String, Chart<'a>)> {
     let (name, unit) = (&joint.coordinate, joint.unit.as_str());
     let speed = if joint.is_prismatic { "speed, m/s" } else { "speed, rad/s" };
-    let mut split = over_time("Parts of the torque", joint, portrait);
+    let mut split = over_time("Parts of the torque", joint, plot_data);
     for (k, part) in joint.parts.iter().enumerate() {
         split = split.envelope(TORQUE_PART_NAMES[k], PART_CLASSES[k], part);
     }
@@ -174,7 +179,7 @@ fn drawn<'a>(
         ("parts", "What the torque is made of".to_string(), split),
         ("friction", friction_caption(joint), friction(joint, name, unit, speed)),
     ];
-    // Only what the portrait has: a short log has no spectrum.
+    // A short log has no spectrum.
     if !joint.residual_spectrum.is_empty() {
         charts.push(("spectrum", spectrum_caption(joint, unit), spectrum(joint, name, unit, cutoff)));
     }
@@ -185,7 +190,7 @@ fn drawn<'a>(
     charts
 }
 
-fn friction<'a>(joint: &'a JointPortrait, name: &str, unit: &str, speed: &str) -> Chart<'a> {
+fn friction<'a>(joint: &'a JointPlotData, name: &str, unit: &str, speed: &str) -> Chart<'a> {
     let law = &joint.friction_law;
     let middle = law.iter().position(|p| p.0 > 0.0).unwrap_or(law.len());
     let pieces = vec![law[..middle].to_vec(), law[middle..].to_vec()];
@@ -193,31 +198,31 @@ fn friction<'a>(joint: &'a JointPortrait, name: &str, unit: &str, speed: &str) -
     if law.is_empty() { chart } else { chart.pieces("law", "b", pieces) }
 }
 
-fn friction_caption(joint: &JointPortrait) -> String {
+fn friction_caption(joint: &JointPlotData) -> String {
     match joint.friction_law.is_empty() {
         true => "Measured torque less inertia and gravity; no friction is in the model".into(),
         false => "Friction: measured torque less inertia and gravity".into(),
     }
 }
 
-fn spectrum<'a>(joint: &JointPortrait, name: &str, unit: &str, cutoff: Option<f64>) -> Chart<'a> {
+fn spectrum<'a>(joint: &JointPlotData, name: &str, unit: &str, cutoff: Option<f64>) -> Chart<'a> {
     let density = format!("{unit}/√Hz");
     let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        // Beyond the cut-off only the remainder of the filter is left.
-        points.iter().copied().filter(|p| cutoff.is_none_or(|hz| p.0 <= 1.3 * hz)).collect()
+        // Far beyond the cut-off the filter removes the signal.
+        points.iter().copied().filter(|p| cutoff.is_none_or(|hz| p.0 <= SHOWN_FREQUENCY_RATIO * hz)).collect()
     };
     let residual = shown(&joint.residual_spectrum);
     let mut chart = Chart::new(format!("Spectrum of {name}"), ("frequency, Hz", &density))
         .logarithmic()
         .line("torque", "a", &shown(&joint.torque_spectrum))
-        .line("what is left", "d", &residual);
+        .line("residual", "d", &residual);
     if let (Some(level), Some(first), Some(last)) = (joint.noise, residual.first(), residual.last()) {
         chart = chart.line("noise", "c", &[(first.0, level), (last.0, level)]);
     }
     chart
 }
 
-fn spectrum_caption(joint: &JointPortrait, unit: &str) -> String {
+fn spectrum_caption(joint: &JointPlotData, unit: &str) -> String {
     match joint.noise {
         Some(level) => format!(
             "Spectrum; the noise is that of the torque far above the cut-off, {} {unit}/√Hz",
@@ -228,7 +233,7 @@ fn spectrum_caption(joint: &JointPortrait, unit: &str) -> String {
 }
 
 fn autocorrelation<'a>(
-    joint: &JointPortrait,
+    joint: &JointPlotData,
     name: &str,
     memory: Option<f64>,
     cutoff: Option<f64>,
@@ -238,14 +243,14 @@ fn autocorrelation<'a>(
     let mut chart = Chart::new(format!("Autocorrelation of {name}"), ("lag, s", ""))
         .with_zero()
         .band("95 % of white noise", -band, band)
-        .line("what is left", "d", found);
-    let mut caption = "How far what is left resembles itself".to_string();
+        .line("residual", "d", found);
+    let mut caption = "Autocorrelation of the residual".to_string();
     if let Some(cutoff) = cutoff {
         let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered_noise(cutoff, p.0))).collect();
         chart = chart.line("filtered noise", "c", &noise);
         if let Some(memory) = memory {
             let times = memory * cutoff / NOISE_MEMORY_PERIODS;
-            caption += &match times < 1.5 {
+            caption += &match times < NOISE_TIME_RATIO {
                 true => format!(": {} s, not longer than noise behind the filter", significant(memory, 2)),
                 false => format!(": {} s, {times:.1} times as long as noise behind the filter", significant(memory, 2)),
             };

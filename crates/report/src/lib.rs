@@ -1,13 +1,13 @@
-//! Pages for people: one file of HTML each, which loads nothing.
+//! Pages for users: one file of HTML each, which loads no other file.
 //!
-//! [`identification::Page`] presents an identification: its verdict with the grades by purpose and joint, the torques of
-//! each joint and what is left of them, the robot on its way through the log, the parameters with their meaning, their
-//! correlations and the rows that tell each, the motion against the limits, and the plan, an exciting motion, the
-//! validation and another estimate where there are some. Lines over time (`timeline`) can be looked at closer.
+//! [`identification::Page`] presents an identification: its verdict with the trust by purpose and joint, the torques and
+//! residuals of each joint, the moving robot, the parameters with their meaning, their correlations and the leverage of the
+//! rows, the motion compared with the limits, and, if given, the plan, an exciting motion, the validation and another
+//! estimate. Lines over time (`timeline`) can be zoomed.
 //!
-//! [`robot`] shows a description: a drawing ([`drawing`]), links, base parameters, where the ten numbers of each link
-//! went. The text stands in `templates/`, with the scripts ([`compact`]); charts are SVG of our own ([`chart`]). A page
-//! depends on its content alone: no clock is read, and the date is what the caller gives.
+//! [`robot`] shows a description: a drawing ([`drawing`]), links, base parameters, and the base parameters that contain the
+//! ten numbers of each link. Texts are in `templates/`, with the scripts ([`compact`]); charts are SVG ([`chart`]). A page
+//! depends only on its content: no clock is read, and the caller gives the date.
 
 #![warn(missing_docs)]
 

@@ -1,12 +1,12 @@
-//! How much of its limits the motion used.
+//! The share of the limits that the motion uses.
 
-use identification::portrait::Portrait;
+use identification::plot_data::PlotData;
 use robot::Robot;
 use serde::Serialize;
 
 use crate::number::significant;
 
-/// A joint's motion beside its limits.
+/// A joint's motion compared with its limits.
 #[derive(Serialize)]
 pub(crate) struct Used {
     name: String,
@@ -15,7 +15,7 @@ pub(crate) struct Used {
     effort: Bar,
 }
 
-/// A bar: from where to where of 100, and in words.
+/// A bar: its start and length, 0 to 100, and its text.
 #[derive(Serialize)]
 struct Bar {
     from: f64,
@@ -24,9 +24,9 @@ struct Bar {
     is_limited: bool,
 }
 
-/// Each joint of a portrait beside the limits of the description.
-pub(crate) fn used(portrait: &Portrait, robot: Option<&Robot>) -> Vec<Used> {
-    let one = |(k, joint): (usize, &identification::portrait::JointPortrait)| {
+/// The motion of each joint compared with the limits of the description.
+pub(crate) fn used(plot_data: &PlotData, robot: Option<&Robot>) -> Vec<Used> {
+    let one = |(k, joint): (usize, &identification::plot_data::JointPlotData)| {
         let limits = robot.and_then(|robot| robot.coordinates.get(k)).map(|c| c.limits).unwrap_or_default();
         let unit = if joint.is_prismatic { "m" } else { "rad" };
         let (low, high) = joint.position;
@@ -46,7 +46,7 @@ pub(crate) fn used(portrait: &Portrait, robot: Option<&Robot>) -> Vec<Used> {
             effort: part(joint.effort, limits.effort, &joint.unit),
         }
     };
-    portrait.joints.iter().enumerate().map(one).collect()
+    plot_data.joints.iter().enumerate().map(one).collect()
 }
 
 fn part(value: f64, limit: Option<f64>, unit: &str) -> Bar {

@@ -1,6 +1,6 @@
-//! Numbers as people read them, with as many digits as are significant.
+//! Numbers with their significant digits, as text.
 
-/// `x` with so many significant digits. It has an exponent only where it could not be read without.
+/// `x` with `digits` significant digits. Very small and very large numbers have an exponent.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "-".into() };
@@ -13,7 +13,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
-/// A value and half of its interval, both down to the second significant digit of the half.
+/// A value and half of its interval, both rounded to the second significant digit of the half.
 pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     if !(half > 0.0 && half.is_finite()) {
         return (significant(value, 4), String::new());
@@ -26,7 +26,7 @@ pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     (format!("{value:.decimals$}"), format!("{half:.decimals$}"))
 }
 
-/// A thin blank that no line is broken at, and the sign.
+/// A narrow no-break space, and the sign.
 const PERCENT_SIGN: &str = "\u{202f}%";
 
 /// A share as per cent: `0.53 %`, `14.5 %`.

@@ -1,4 +1,4 @@
-//! The table of parameters: grouped by link, each with its interval, what it means and what the description says.
+//! The table of parameters: grouped by link, each with its interval, its meaning and its nominal value.
 
 use std::collections::BTreeMap;
 
@@ -27,27 +27,27 @@ pub struct Subject<'a> {
 
 /// The parameters of one link.
 #[derive(Serialize)]
-pub(crate) struct Group {
+pub(crate) struct LinkParameters {
     title: String,
-    rows: Vec<Row>,
+    rows: Vec<ParameterRow>,
 }
 
 #[derive(Serialize)]
-struct Row {
+struct ParameterRow {
     order: usize,
     name: String,
     value: String,
     half: String,
     unit: String,
-    /// Number by which a script of the page sorts.
+    /// Number by which the script of the page sorts.
     number: f64,
-    /// |value| in standard deviations; 0 where it is not identifiable.
+    /// |value| / sigma; 0 where it is not identifiable.
     deviations: f64,
-    /// Length of the bar of its significance, of 100.
+    /// Length of the bar of its significance, 0 to 100.
     bar: f64,
     relative: String,
     described: String,
-    /// How far the description is from the estimate, standard deviations.
+    /// Difference between the nominal value and the estimate, in standard deviations.
     off: Option<f64>,
     meaning: String,
     rule: String,
@@ -59,48 +59,48 @@ struct Row {
 const FULL_BAR_SIGMAS: f64 = 50.0;
 
 /// The parameters of an estimate by link.
-pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<Group> {
-    let told: BTreeMap<String, Told> = subject.map(told).unwrap_or_default();
-    let mut groups: Vec<Group> = Vec::new();
+pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<LinkParameters> {
+    let nominal: BTreeMap<String, NominalValue> = subject.map(nominal_by_parameter).unwrap_or_default();
+    let mut groups: Vec<LinkParameters> = Vec::new();
     for (order, parameter) in estimate.parameters.iter().enumerate() {
-        let title = title(&parameter.id, subject, &told);
-        let row = row(order, parameter, &told);
+        let title = title(&parameter.id, subject, &nominal);
+        let row = row(order, parameter, &nominal);
         match groups.iter_mut().find(|group| group.title == title) {
             Some(group) => group.rows.push(row),
-            None => groups.push(Group { title, rows: vec![row] }),
+            None => groups.push(LinkParameters { title, rows: vec![row] }),
         }
     }
     groups
 }
 
-/// What the description says of a base parameter.
-struct Told {
+/// Data of the description on a base parameter.
+struct NominalValue {
     link: String,
     meaning: String,
     rule: String,
     described: Option<f64>,
 }
 
-fn told(subject: Subject) -> BTreeMap<String, Told> {
+fn nominal_by_parameter(subject: Subject) -> BTreeMap<String, NominalValue> {
     let Subject { robot, parameters, described } = subject;
     let rules = parameters.rules();
     let one = |(k, base): (usize, &modeling::BaseParameter)| {
-        let told = Told {
+        let nominal = NominalValue {
             link: link_title(robot, parameters.standard[base.column].link),
             meaning: parameters.meaning(robot, k),
             rule: if base.terms.len() > 1 { rules.base[k].clone() } else { String::new() },
             described: described.map(|values| values[k]),
         };
-        (base.name.clone(), told)
+        (base.name.clone(), nominal)
     };
     parameters.base.iter().enumerate().map(one).collect()
 }
 
-/// The group of a parameter: its link, and for friction that of its joint.
-fn title(id: &ParameterId, subject: Option<Subject>, told: &BTreeMap<String, Told>) -> String {
+/// The group of a parameter: its link, or for friction the link of its joint.
+fn title(id: &ParameterId, subject: Option<Subject>, nominal: &BTreeMap<String, NominalValue>) -> String {
     let label = match id {
-        ParameterId::Base(name) => match told.get(&id.to_string()) {
-            Some(told) => return told.link.clone(),
+        ParameterId::Base(name) => match nominal.get(&id.to_string()) {
+            Some(nominal) => return nominal.link.clone(),
             None => &name.label,
         },
         ParameterId::Friction(_, label) | ParameterId::Coupling(_, label) | ParameterId::DriveGain(label) => label,
@@ -117,20 +117,20 @@ fn title(id: &ParameterId, subject: Option<Subject>, told: &BTreeMap<String, Tol
     })
 }
 
-fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> Row {
+fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalValue>) -> ParameterRow {
     let name = parameter.id.to_string();
-    let told = told.get(&name);
+    let nominal = nominal.get(&name);
     let sigma = parameter.sigma.unwrap_or(f64::NAN);
     let (value, half) = match parameter.value {
         Some(value) => with_interval(value, if sigma.is_finite() { INTERVAL * sigma } else { 0.0 }),
         None => ("not identifiable".into(), String::new()),
     };
     let number = parameter.value.unwrap_or(0.0);
-    // The value, and how far the description is off, in deviations.
+    // The value, and the difference to the nominal value, in standard deviations.
     let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
-    let described = told.and_then(|told| told.described);
+    let described = nominal.and_then(|nominal| nominal.described);
     let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);
-    Row {
+    ParameterRow {
         order,
         value,
         half,
@@ -141,8 +141,8 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
         relative: parameter.relative_sigma.map_or(String::new(), |x| percent(0.01 * x)),
         described: described.map_or(String::new(), |x| significant(x, 3)),
         off: off.filter(|off| off.is_finite()),
-        meaning: told.map_or_else(|| meaning(&parameter.id), |told| told.meaning.clone()),
-        rule: told.map_or(String::new(), |told| told.rule.clone()),
+        meaning: nominal.map_or_else(|| meaning(&parameter.id), |nominal| nominal.meaning.clone()),
+        rule: nominal.map_or(String::new(), |nominal| nominal.rule.clone()),
         status: match parameter.status {
             Status::Identified | Status::Given => "",
             Status::NotSignificant => "zero is inside its interval",
@@ -154,7 +154,7 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
     }
 }
 
-/// What the name of a base parameter says without the description.
+/// The meaning of a base parameter by its name, without the description.
 fn of_base(name: &BaseName) -> String {
     let label = name.label.to_string();
     let link = label.trim_start_matches('_');
@@ -172,7 +172,7 @@ fn of_base(name: &BaseName) -> String {
         Inertial::Yz => format!("product of inertia of link {link}, y with z"),
     };
     let lever = if name.lever.is_empty() { String::new() } else { format!(", by the length {}", name.lever) };
-    let others = if name.absorbs { ", with what no motion tells from it" } else { "" };
+    let others = if name.absorbs { ", with what no motion separates from it" } else { "" };
     format!("{what}{lever}{others}")
 }
 

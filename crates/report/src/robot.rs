@@ -8,7 +8,7 @@ use crate::sheet::Sheet;
 use crate::template::{self, rendered};
 use crate::wrap::{table, wrapped};
 
-/// Text for a terminal of `width` columns.
+/// Text for a terminal, with lines of `width` characters.
 pub fn text(sheet: &Sheet, width: usize) -> String {
     let mut s = wrapped(&format!("{}: {}", sheet.name, sheet.summary), 0, 2, width);
     if let Some(source) = &sheet.source {
@@ -76,13 +76,13 @@ pub fn latex(sheet: &Sheet) -> String {
     template::latex(include_str!("../templates/robot.tex"), sheet)
 }
 
-/// A page that draws the robot, and on which one selects a base parameter or a link to see how parameters were regrouped.
+/// A page that draws the robot; selecting a base parameter or a link shows how parameters were regrouped.
 pub fn html(sheet: &Sheet) -> String {
     #[derive(serde::Serialize)]
-    struct Content<'a> {
+    struct RobotContext<'a> {
         style: &'static str,
         script: String,
-        /// The inside of the figure that holds the robot; none where there is no drawing.
+        /// The content of the figure with the robot; `None` without a drawing.
         drawing: Option<String>,
         robot: &'a Sheet,
     }
@@ -95,5 +95,5 @@ pub fn html(sheet: &Sheet) -> String {
         include_str!("../templates/robot.js")
     ));
     let drawing = sheet.drawing.as_ref().map(Drawing::html);
-    rendered(include_str!("../templates/robot.html"), Content { style, script, drawing, robot: sheet })
+    rendered(include_str!("../templates/robot.html"), RobotContext { style, script, drawing, robot: sheet })
 }

@@ -1,6 +1,6 @@
-//! Axes: from values to pixels, with round numbers beside them.
+//! Axes: the conversion of values into positions, and ticks at round numbers.
 
-/// An axis; its ends are different numbers.
+/// An axis; its ends differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     low: f64,
@@ -9,7 +9,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis over finite values with a margin, a share of their distance, at both ends.
+    /// An axis over finite values; `margin`: margin at both ends, as a share of their range.
     pub fn linear(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
         let (low, high) = ends(values);
         let (low, high) = match high - low {
@@ -20,7 +20,7 @@ impl Scale {
         Scale { low, high, is_logarithmic: false }
     }
 
-    /// An axis of the logarithms of positive values; it ends at powers of ten where `round`.
+    /// A logarithmic axis over positive values; with `round` it ends at powers of ten.
     pub fn logarithmic(values: impl Iterator<Item = f64>, round: bool) -> Scale {
         let (low, high) = ends(values.filter(|x| *x > 0.0).map(f64::log10));
         let (low, high) = if round { (low.floor(), high.ceil()) } else { (low, high) };
@@ -28,7 +28,7 @@ impl Scale {
         Scale { low, high, is_logarithmic: true }
     }
 
-    /// The length from end to end; on a logarithmic axis in powers of ten.
+    /// The length of the axis; in powers of ten on a logarithmic axis.
     pub fn length(&self) -> f64 {
         self.high - self.low
     }
@@ -38,13 +38,13 @@ impl Scale {
         (self.low, self.high)
     }
 
-    /// An axis of this length about the same middle.
+    /// The axis with another length and the same middle.
     pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
     }
 
-    /// The place of a value between 0 and 1; values beyond the ends are outside.
+    /// Position of a value: 0 and 1 at the ends, outside of them beyond the ends.
     pub fn place(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(f64::MIN_POSITIVE).log10() } else { value };
         (value - self.low) / (self.high - self.low)
@@ -69,14 +69,14 @@ impl Scale {
         (0..12).map(tick).take_while(|x| *x <= self.high + 1e-9 * step).map(|x| (x, text(x))).collect()
     }
 
-    /// Powers of ten; where there is no more than one, the twos and fives between them.
+    /// Ticks at powers of ten; on a short axis also at twos and fives.
     fn decades(&self) -> Vec<(f64, String)> {
         let factors: &[f64] = if self.high - self.low > 1.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let between = self.low.floor() as i32..=self.high.ceil() as i32;
         let all = between.flat_map(|k| factors.iter().map(move |f| f * 10f64.powi(k)));
         let inside = |x: &f64| (-1e-9..=1.0 + 1e-9).contains(&self.place(*x));
         let mut ticks: Vec<f64> = all.filter(inside).collect();
-        // With many decades, only every second or third is labelled.
+        // On a long axis, only every second or third decade is labelled.
         let step = ticks.len().div_ceil(6).max(1);
         ticks = ticks.into_iter().step_by(step).collect();
         let text = |x: f64| if (0.001..10_000.0).contains(&x) { format!("{}", trimmed(x)) } else { format!("{x:.0e}") };
@@ -84,7 +84,7 @@ impl Scale {
     }
 }
 
-/// A power of ten times one, two or five, without the digits that rounding adds.
+/// A power of ten times one, two or five, without rounding errors.
 fn trimmed(x: f64) -> f64 {
     format!("{x:.0e}").parse().unwrap_or(x)
 }

@@ -1,5 +1,5 @@
-//! The sheet of a description: links, base parameters by link with meaning, value and rule, and where the ten numbers
-//! of each link went. [`crate::robot`] writes it as text, Markdown, LaTeX and HTML.
+//! The sheet of a description: links, base parameters by link with meaning, value and rule, and the base parameters that
+//! contain the ten numbers of each link. [`crate::robot`] writes it as text, Markdown, LaTeX and HTML.
 
 use std::collections::BTreeMap;
 
@@ -12,44 +12,44 @@ use serde::Serialize;
 use crate::drawing::Drawing;
 use crate::number::significant;
 
-/// A robot as the sheet shows it.
+/// The content of the sheet.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sheet {
     /// Name of the robot.
     pub name: String,
     /// `2 links, 2 coordinates, 1 loop`.
     pub summary: String,
-    /// Where the description comes from.
+    /// Source of the description.
     pub source: Option<String>,
-    /// Notes on what the reader guessed or took for something else.
+    /// Notes on values that the reader guessed or replaced.
     pub notes: Vec<String>,
     /// Names and values of lengths and angles.
     pub symbols: Vec<(String, String)>,
-    /// In the order of the description.
+    /// The links, in the order of the description.
     pub links: Vec<LinkLine>,
     /// `7 base parameters of 22 standard ones`.
     pub count: String,
     /// Base parameters by link.
-    pub groups: Vec<Group>,
+    pub groups: Vec<LinkBaseParameters>,
     /// Rules of regrouped parameters that are no base parameters, where rules are nested.
     pub regrouped: Vec<String>,
     /// Standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
-    /// The robot as a page draws it; none where its lengths cannot be drawn.
+    /// The drawing of the robot for a page; `None` where its lengths cannot be drawn.
     #[serde(skip)]
     pub drawing: Option<Drawing>,
-    /// Where each standard parameter went, link by link, in the order of the links.
-    pub fates: Vec<Fates>,
+    /// The base parameters that contain each standard parameter, by link, in the order of the links.
+    pub regroupings: Vec<LinkRegrouping>,
     /// The evidence for the number of base parameters, in sentences.
     pub evidence: Vec<String>,
-    /// Functions with their multiplications, additions, and sines with cosines a call.
+    /// Functions with the multiplications, additions, and sines and cosines of one call.
     pub operations: Vec<(String, usize, usize, usize)>,
 }
 
 /// A link in one line.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkLine {
-    /// From 1.
+    /// Its number, from 1.
     pub number: usize,
     /// Its name in the file.
     pub name: String,
@@ -57,70 +57,70 @@ pub struct LinkLine {
     pub joint: String,
     /// revolute, prismatic or fixed.
     pub kind: &'static str,
-    /// Its antecedent; base where it has none.
+    /// Its antecedent, or base.
     pub on: String,
     /// The coordinates that its joint follows.
     pub moves_with: String,
-    /// The non-zero numbers of its frame: `alpha -pi/2, d L1`.
+    /// The non-zero parameters of its frame: `alpha -pi/2, d L1`.
     pub frame: String,
 }
 
 /// The base parameters of a link.
 #[derive(Clone, Debug, Serialize)]
-pub struct Group {
+pub struct LinkBaseParameters {
     /// Name of the link, with its joint.
     pub title: String,
-    /// In the order of the regressor.
-    pub rows: Vec<Row>,
+    /// Its base parameters, in the order of the regressor.
+    pub rows: Vec<BaseParameterRow>,
 }
 
 /// A base parameter.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct BaseParameterRow {
     /// Its name.
     pub name: String,
-    /// What it means.
+    /// Its meaning.
     pub meaning: String,
-    /// Its rule; empty where it absorbs nothing.
+    /// Its rule; empty where it absorbs no other parameter.
     pub rule: String,
-    /// Its value from the inertials of the description, with its unit; empty where there are none.
+    /// Its nominal value with its unit; empty without inertials in the description.
     pub value: String,
-    /// What it absorbed: standard parameter, link, factor.
+    /// The standard parameters that it absorbs.
     pub absorbed: Vec<Absorbed>,
 }
 
-/// What a base parameter took in.
+/// A standard parameter that a base parameter absorbs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Absorbed {
     /// Name of the standard parameter.
     pub name: String,
-    /// What it is.
+    /// The meaning of the standard parameter.
     pub meaning: String,
     /// Its factor at the values of the symbols.
     pub factor: String,
 }
 
-/// Where the standard parameters of a link went.
+/// The base parameters that contain the standard parameters of a link.
 #[derive(Clone, Debug, Serialize)]
-pub struct Fates {
+pub struct LinkRegrouping {
     /// Name of the link, with its joint.
     pub title: String,
-    /// Name of each standard parameter, and the base parameters that hold it; none where it has no effect.
+    /// Name of each standard parameter, and the base parameters that contain it; empty where it has no effect.
     pub rows: Vec<(String, Vec<String>)>,
 }
 
 /// The data from which a sheet is made.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub struct SheetInput<'a> {
     /// The description.
     pub robot: &'a Robot,
     /// Its base parameters.
     pub parameters: &'a BaseParameters,
     /// Their rules, nested or expanded.
     pub rules: &'a Rules,
-    /// Their values by the inertials of the description; `None` without.
+    /// Their nominal values; `None` without inertials in the description.
     pub described: Option<&'a [f64]>,
-    /// The variables at which loops that are solved numerically are closed; empty without such loops.
+    /// The variables at which numerically solved loops are closed, rad or m; empty without such loops.
     pub closed_at: &'a [f64],
     /// Functions with their counts.
     pub operations: &'a [(&'a str, Count)],
@@ -128,8 +128,8 @@ pub struct Source<'a> {
 
 impl Sheet {
     /// The sheet of a robot.
-    pub fn new(source: &Source) -> Sheet {
-        let Source { robot, parameters, .. } = source;
+    pub fn new(source: &SheetInput) -> Sheet {
+        let SheetInput { robot, parameters, .. } = source;
         let name = |c: usize| parameters.standard[c].display(robot).to_string();
         let notes = robot.notes.iter().chain(&robot.snapped).map(|n| format!("{}: {}", n.subject, n.text));
         let operation = |(name, c): &(&str, Count)| (name.to_string(), c.mul, c.add, c.sin_cos);
@@ -145,7 +145,7 @@ impl Sheet {
             regrouped: source.rules.regrouped.clone(),
             no_effect: parameters.no_effect.iter().map(|&c| name(c)).collect(),
             drawing: Drawing::new(robot, source.closed_at),
-            fates: fates(robot, parameters),
+            regroupings: link_regroupings(robot, parameters),
             evidence: evidence(robot, parameters),
             operations: source.operations.iter().map(operation).collect(),
         }
@@ -169,7 +169,7 @@ fn symbols(robot: &Robot) -> Vec<(String, String)> {
     robot.symbols.iter().enumerate().map(|(i, s)| (s.name.clone(), trimmed(&value(s, i)))).collect()
 }
 
-/// Without zeros at the end of a fraction.
+/// The number without zeros at the end of a fraction.
 fn trimmed(text: &str) -> String {
     if !text.contains('.') || text.contains('e') {
         return text.into();
@@ -208,7 +208,7 @@ fn moves_with(robot: &Robot, link: &Link) -> String {
     if text.is_empty() { "nothing".into() } else { text.into() }
 }
 
-/// gamma, b, alpha, d, theta, r with their names, as the description has them.
+/// gamma, b, alpha, d, theta, r: names, texts in the description, and numbers.
 pub fn geometry(robot: &Robot, link: &Link) -> [(&'static str, String, f64); 6] {
     let g = &link.geometry;
     let all = [("gamma", &g.gamma), ("b", &g.b), ("alpha", &g.alpha), ("d", &g.d), ("theta", &g.theta), ("r", &g.r)];
@@ -230,9 +230,9 @@ pub(crate) fn link_title(robot: &Robot, link: LinkId) -> String {
     }
 }
 
-fn groups(source: &Source) -> Vec<Group> {
-    let Source { robot, parameters, rules, described, .. } = *source;
-    let mut groups: Vec<Group> = Vec::new();
+fn groups(source: &SheetInput) -> Vec<LinkBaseParameters> {
+    let SheetInput { robot, parameters, rules, described, .. } = *source;
+    let mut groups: Vec<LinkBaseParameters> = Vec::new();
     for (k, base) in parameters.base.iter().enumerate() {
         let own = parameters.standard[base.column];
         let absorbed = |t: &modeling::Term| {
@@ -243,7 +243,7 @@ fn groups(source: &Source) -> Vec<Group> {
                 factor: trimmed(&significant(t.coefficient, 4)),
             }
         };
-        let row = Row {
+        let row = BaseParameterRow {
             name: base.name.clone(),
             meaning: parameters.meaning(robot, k),
             rule: if base.terms.len() > 1 { rules.base[k].clone() } else { String::new() },
@@ -254,7 +254,7 @@ fn groups(source: &Source) -> Vec<Group> {
         let title = link_title(robot, own.link);
         match groups.iter_mut().find(|group| group.title == title) {
             Some(group) => group.rows.push(row),
-            None => groups.push(Group { title, rows: vec![row] }),
+            None => groups.push(LinkBaseParameters { title, rows: vec![row] }),
         }
     }
     groups
@@ -270,38 +270,40 @@ pub fn unit(robot: &Robot, parameter: robot::StandardParameter) -> &'static str 
     }
 }
 
-fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
+fn link_regroupings(robot: &Robot, parameters: &BaseParameters) -> Vec<LinkRegrouping> {
     let mut holders: BTreeMap<usize, Vec<String>> = BTreeMap::new();
     for base in &parameters.base {
         base.terms.iter().for_each(|t| holders.entry(t.parameter).or_default().push(base.name.clone()));
     }
-    let mut fates: Vec<Fates> =
-        robot.link_ids().map(|link| Fates { title: link_title(robot, link), rows: Vec::new() }).collect();
+    let mut regroupings: Vec<LinkRegrouping> =
+        robot.link_ids().map(|link| LinkRegrouping { title: link_title(robot, link), rows: Vec::new() }).collect();
     for (c, standard) in parameters.standard.iter().enumerate() {
         let row = (standard.display(robot).to_string(), holders.get(&c).cloned().unwrap_or_default());
-        fates[standard.link.0].rows.push(row);
+        regroupings[standard.link.0].rows.push(row);
     }
-    fates
+    regroupings
 }
 
 fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
+    // An exact rank is a certificate unless a base parameter is weak.
     let certificate = match rank.exact.rank() {
         Some(_) if !parameters.weak.is_empty() => {
             format!("rank {}, numeric: {}", rank.numeric, parameters.evidence_of_rank(robot))
         }
         Some(exact) => format!(
-            "rank {exact}, exact: no experiment can tell more than these {exact} numbers, and the right motion tells all of \
-             them ({})",
+            "rank {exact}, exact: no experiment identifies more than these {exact} numbers, and the right motion identifies all of them ({})",
             rank.exact
         ),
         None => format!("rank {}, numeric: {}", rank.numeric, rank.exact),
     };
+    // The gap between kept and dropped columns shows how reliable the numeric rank is.
     let numbers = format!(
         "in numbers, every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} \
          or less",
         rank.smallest_kept, rank.largest_dropped
     );
+    // Relations between columns: proven in symbols, for all values, or only for these values.
     let relations = match (rank.general_relations, rank.numeric_relations) {
         (0, 0) => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
         (general, numeric) => {

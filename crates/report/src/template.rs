@@ -1,4 +1,4 @@
-//! Renders templates to text. They are compiled in, and the tests find one that fails.
+//! Renders templates to text. The templates are compiled in; tests find errors in them.
 
 use gate::shown;
 use minijinja::syntax::SyntaxConfig;
@@ -6,7 +6,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, escape_formatter};
 use serde::Serialize;
 
-/// A page from its template and its content. The content's texts are escaped, except those marked as safe.
+/// A page from its template and its content. Texts of the content are escaped, unless they are marked as safe.
 pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
@@ -18,7 +18,7 @@ pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// Markdown: each text is escaped, and what the filter `code` makes of it is code.
+/// Markdown: each text is escaped; the filter `code` turns a text into code.
 pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     let mut environment = environment(AutoEscape::None);
@@ -32,7 +32,7 @@ pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
 fn environment(escape: AutoEscape) -> Environment<'static> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // The template's indentation and lines of tags are not the page's.
+    // Indentation and lines of tags in the template do not appear in the page.
     if let Ok(syntax) = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build() {
         environment.set_syntax(syntax);
     }
@@ -65,7 +65,7 @@ fn tex(text: &str) -> String {
     text.chars().map(escaped).collect()
 }
 
-/// A rule as mathematics: products by thin blanks, functions upright, breaks after plus and minus.
+/// A rule as mathematics: thin spaces for products, upright functions, line breaks after plus and minus.
 fn tex_rule(rule: &str) -> String {
     if rule.is_empty() {
         return String::new();
@@ -94,10 +94,10 @@ mod tests {
     #[test]
     fn no_text_is_markup() {
         #[derive(Serialize)]
-        struct Content {
+        struct PageContext {
             x: &'static str,
         }
-        let content = || Content { x: "<b>|[a](b)`*\u{202e}\u{1b}" };
+        let content = || PageContext { x: "<b>|[a](b)`*\u{202e}\u{1b}" };
         assert_eq!(rendered("{{ x }}", content()), "&lt;b&gt;|[a](b)`*\\u{202e}\\u{1b}");
         let escaped = "&lt;b&gt;\\|\\[a\\](b)\\`\\*\\\\u{202e}\\\\u{1b}";
         assert_eq!(markdown("{{ x }}", content()), escaped);

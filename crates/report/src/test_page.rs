@@ -1,45 +1,46 @@
-//! A page with every part, of made-up logs, for tests of this crate: a log with a gap, and rows that do not count.
+//! A page with every part, of synthetic logs, for tests of this crate: a log with a gap, and rows that are not used.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Deviations, Identified};
 use identification::estimate::residuals::JointResidual;
 use identification::estimate::verdict::{Trust, UseVerdict, Verdict};
-use identification::portrait::envelope::Envelope;
-use identification::portrait::information::{Information, PARTS_OF_TIME};
-use identification::portrait::{JointPortrait, LogSpan, Portrait};
+use identification::plot_data::envelope::Envelope;
+use identification::plot_data::information::{Information, PARTS_OF_TIME};
+use identification::plot_data::{JointPlotData, LogSpan, PlotData};
 use linear_model::unit::Unit;
 
-/// A name that would be markup, close a script, or turn the order of writing round.
+/// A name that is markup, closes a script, and reverses the direction of writing.
 pub(crate) const HOSTILE: &str = "q</script><b>\u{202e}";
 
 /// A robot of two joints that turn.
 pub(crate) const ARM: &str = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
                               {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, theta: q2}\n";
 
-/// Two joints over four seconds, of which one is missing.
-pub(crate) fn portrait() -> Portrait {
+/// Two joints over four seconds, with a gap of one second.
+pub(crate) fn plot_data() -> PlotData {
     let joint = |k: usize| {
         let lines = || Envelope::of_spans(4000);
-        let mut joint = JointPortrait {
+        let mut joint = JointPlotData {
             coordinate: if k == 0 { HOSTILE.into() } else { "q2".into() },
             unit: "N m".into(),
             measured: lines(),
             predicted: lines(),
-            described: Some(lines()),
+            nominal: Some(lines()),
             residual: lines(),
             course: lines(),
             torque_rms: 10.0,
             residual_rms: 0.3,
-            ..JointPortrait::default()
+            ..JointPlotData::default()
         };
         for i in 0..3000 {
             let t = 1e-3 * f64::from(i) + if i < 1500 { 0.0 } else { 1.0 };
+            // The residual is a fast sine; one block of it is not used.
             let noise = 0.4 * (917.0 * t).sin();
             if i == 1500 {
                 [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course]
                     .into_iter()
-                    .chain(&mut joint.described)
+                    .chain(&mut joint.nominal)
                     .for_each(Envelope::interrupt);
             }
             let torque = 20.0 * (3.0 * t + k as f64).sin();
@@ -47,14 +48,15 @@ pub(crate) fn portrait() -> Portrait {
             joint.predicted.push(t, torque);
             joint.residual.push(t, if (200..400).contains(&i) { f64::NAN } else { noise });
             joint.course.push(t, (3.0 * t).sin());
-            joint.described.iter_mut().for_each(|line| line.push(t, 0.8 * torque));
+            joint.nominal.iter_mut().for_each(|line| line.push(t, 0.8 * torque));
         }
         joint
     };
+    // Shares of two parameters in two joints, normalised to the sum 1 per parameter.
     let shares = (0..2 * 2 * PARTS_OF_TIME).map(|i| 1.0 + (i % 7) as f64).collect::<Vec<_>>();
     let whole = |k: usize| shares[k * 2 * PARTS_OF_TIME..(k + 1) * 2 * PARTS_OF_TIME].iter().sum::<f64>();
     let shares = shares.iter().enumerate().map(|(i, x)| x / whole(i / (2 * PARTS_OF_TIME))).collect();
-    Portrait {
+    PlotData {
         logs: vec![LogSpan { name: "a".into(), from: 0.0, to: 3.999 }],
         joints: (0..2).map(joint).collect(),
         samples: 3000,
@@ -92,10 +94,11 @@ pub(crate) fn estimate() -> Estimate {
     }
 }
 
-/// Its verdict: one joint agrees, of the other it cannot be told, and one thing is wrong.
+/// Its verdict: one joint agrees, one is undecided, and one claim is contradicted.
 pub(crate) fn verdict() -> Verdict {
     const ZERO: Topic = Topic("zero");
     const SIGN: Topic = Topic("sign");
+    // One claim per kind of cell in the table of grades.
     let claims = vec![
         Claim::new(
             Subject::of(SIGN, ["q2"]),

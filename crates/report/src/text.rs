@@ -1,4 +1,4 @@
-//! Text inside of markup.
+//! Text in markup.
 
 /// The text, escaped for text and attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {

@@ -1,20 +1,20 @@
-//! Lines over one axis of time as a page holds them for its script, which draws a span of them anew and tells values.
+//! Encoded lines over one time axis for the script of a page, which redraws a range of them and shows values.
 //!
 //! ```text
-//! v = low + step c,  c = 0 .. 4094;  c = 4095: no value        two letters a value
-//! t = from + (to - from) c / (64^4 - 1)                        four letters a time
+//! v = low + step c,  c = 0 .. 4094;  c = 4095: no value        two letters per value
+//! t = from + (to - from) c / (64^4 - 1)                        four letters per time
 //! ```
-//! Letters are `>` to `~` without the backslash, so that a text of them stands as it is in JSON and in a page. A value is
-//! off by half a step, which is at most 1 / 8188 of the range of its line. `templates/plot.js` reads it.
+//! Letters are `>` to `~` without the backslash, which need no escapes in JSON and in a page. The rounding error of a value is
+//! at most half a step, which is 1 / 8188 of the range of its line. `templates/plot.js` reads it.
 
 use std::collections::BTreeMap;
 
-use identification::portrait::envelope::{Envelope, Span};
+use identification::plot_data::envelope::{Envelope, Span};
 use serde::Serialize;
 
-/// Steps between the smallest and the largest value of a line; the code beyond stands for no value.
+/// Steps between the smallest and the largest value of a line; the next code means no value.
 const STEPS: f64 = 4094.0;
-/// Letters of a time.
+/// Number of letters of a time.
 const LETTERS_OF_A_TIME: usize = 4;
 
 /// Lines with the same spans.
@@ -22,9 +22,9 @@ const LETTERS_OF_A_TIME: usize = 4;
 pub(crate) struct Timeline {
     from: f64,
     to: f64,
-    /// Where each span begins.
+    /// Start of each span.
     times: String,
-    /// Where a piece without a gap begins, and where it ends: number of its first span, and time, s.
+    /// Segments without a gap: number of the first span, and end, s.
     pieces: Vec<(usize, f64)>,
     curves: BTreeMap<String, Curve>,
 }
@@ -36,13 +36,13 @@ struct Curve {
     step: f64,
     /// The smallest value of each span.
     lows: String,
-    /// The largest; none where a span is one sample.
+    /// The largest value of each span; `None` where a span is one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     highs: Option<String>,
 }
 
 impl Timeline {
-    /// Lines with the same spans by their keys; a line whose spans are others is left out. `None` without a span.
+    /// Lines with the same spans by their keys; a line with other spans is omitted. `None` without a span.
     pub(crate) fn new<'a>(lines: impl IntoIterator<Item = (String, &'a Envelope)>) -> Option<Timeline> {
         let mut lines = lines.into_iter().peekable();
         let spans = lines.peek()?.1.spans();
@@ -71,9 +71,9 @@ impl Timeline {
         })
     }
 
-    /// As JSON that can stand in a page: no `<` is in it.
+    /// The lines as JSON without `<`, so that it can stand in a page.
     pub(crate) fn to_json(&self) -> String {
-        // Numbers and texts, with texts for keys: nothing in it can fail.
+        // Cannot fail: numbers and texts, with texts as keys.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
@@ -94,10 +94,10 @@ fn curve(line: &Envelope) -> Curve {
     Curve { low, step, lows: text(|span| span.low), highs }
 }
 
-/// A number in so many letters, the highest digit first.
+/// A number in `count` letters of 6 bits each, the highest digit first.
 pub(crate) fn letters(number: u32, count: usize) -> String {
     let digit = |k: usize| (number >> (6 * (count - 1 - k))) as u8 & 63;
-    // The backslash is left out.
+    // The backslash is skipped.
     (0..count).map(digit).map(|d| char::from(62 + d + u8::from(d >= 30))).collect()
 }
 

@@ -1,9 +1,9 @@
-//! Text for a terminal: lines that are broken between words, and tables as wide as their content.
+//! Text for a terminal: lines that are broken between words, and tables.
 
 use std::fmt::Write;
 
-/// A paragraph within `width`, its first line indented by `first`, the others by `rest`. A word longer than a line stays
-/// whole.
+/// A paragraph of at most `width` characters per line; the first line is indented by `first`, the others by `rest`. A word
+/// longer than a line is not broken.
 pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     let leading = text.chars().take_while(|c| *c == ' ').count();
     let mut s = " ".repeat(first + leading);
@@ -25,7 +25,7 @@ pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     s + "\n"
 }
 
-/// Words with the blanks behind them.
+/// Words with the blanks after them.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -38,10 +38,10 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     .chain(text.rsplit(' ').next().filter(|last| !last.is_empty()))
 }
 
-/// Indent of a last column that stands below its row.
+/// Indent of a last column that is printed below its row.
 const INDENT_BELOW_ROW: usize = 6;
 
-/// A table of left-aligned columns. Where it does not fit into `width`, the last column stands below the others.
+/// A table of left-aligned columns. Where it does not fit into `width`, the last column is printed below the others.
 pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let wide = |c: usize| {
         let cells = rows.iter().map(|row| row[c].chars().count());
@@ -49,11 +49,11 @@ pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
     };
     let widths: Vec<usize> = (0..heads.len()).map(wide).collect();
     let total: usize = widths.iter().map(|w| w + 2).sum();
-    let beside = if total <= width + 2 { heads.len() } else { heads.len().saturating_sub(1) };
+    let in_row = if total <= width + 2 { heads.len() } else { heads.len().saturating_sub(1) };
     let line = |cells: &[&str]| {
-        let padded = cells[..beside].iter().zip(&widths).map(|(cell, w)| format!("{cell:<w$}  "));
+        let padded = cells[..in_row].iter().zip(&widths).map(|(cell, w)| format!("{cell:<w$}  "));
         let mut text = padded.collect::<String>().trim_end().to_string() + "\n";
-        for cell in cells[beside..].iter().filter(|cell| !cell.is_empty()) {
+        for cell in cells[in_row..].iter().filter(|cell| !cell.is_empty()) {
             text += &wrapped(cell, INDENT_BELOW_ROW, INDENT_BELOW_ROW + 2, width);
         }
         text

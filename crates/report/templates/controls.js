@@ -49,7 +49,7 @@ const Controls = (() => {
       return name === "n" || name === "p" || super.key(name);
     }
 
-    // By the user: the page is told.
+    // A change by the user is passed on to the page.
     choose(link) {
       this.pick(link);
       this.figure.dispatchEvent(new CustomEvent("pick", { detail: link }));
@@ -70,9 +70,9 @@ const Controls = (() => {
       this.sliders.forEach((slider, k) => {
         const value = this.values[k];
         slider.value = value;
-        const told = this.robot.variables[k].turns ? `${value.toFixed(3)} rad, ${digits(value * 180 / Math.PI)}°` : `${value.toFixed(3)} m`;
-        slider.nextElementSibling.textContent = told;
-        slider.setAttribute("aria-valuetext", told);
+        const text = this.robot.variables[k].turns ? `${value.toFixed(3)} rad, ${digits(value * 180 / Math.PI)}°` : `${value.toFixed(3)} m`;
+        slider.nextElementSibling.textContent = text;
+        slider.setAttribute("aria-valuetext", text);
       });
     }
 

@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
 
     // The bodies of the description, with the friction that was identified, since a URDF has none.
     let mut described: Estimate = found.clone();
-    let values = model.described_parameters().unwrap_or_default();
+    let values = model.nominal_parameters().unwrap_or_default();
     for (parameter, value) in described.parameters.iter_mut().zip(values) {
         *parameter = Identified::given(parameter.id.clone(), parameter.unit, value);
     }

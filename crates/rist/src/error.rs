@@ -1,23 +1,23 @@
-//! The reason why a step gives no result, and the steps that texts advise: `[:doctor]`, or `[:validate MODEL LOG]` with what they
-//! are given.
+//! The reason why a step gives no result, and the steps that error texts advise: `[:doctor]`, or `[:validate MODEL LOG]`
+//! with arguments.
 
 use std::fmt;
 
 use robot::Place;
 
-/// What an error speaks against.
+/// Whether an error is about the input or about the question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ErrorKind {
     /// The input: it cannot be used.
     Input,
-    /// What was asked: the input was understood, and the answer is no.
+    /// The question: the input was understood, and the answer is no.
     Verdict,
 }
 
-/// A message that says what was found, what was expected and what to do; and the same for a program that wants to match it.
+/// A message with the finding, the expectation and the remedy, and the same content as fields for programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    kind: Kind,
+    kind: ErrorKind,
     field: Option<String>,
     place: Option<Place>,
     remedy: Option<Step>,
@@ -32,15 +32,15 @@ impl Error {
         let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
         let name = message.strip_prefix('[').and_then(|text| text.split(|c| !is_of_name(c)).next());
         let (field, remedy) = (name.filter(|name| !name.is_empty()).map(String::from), Step::advised(&message));
-        Error { kind: Kind::Input, field, place: None, remedy, message }
+        Error { kind: ErrorKind::Input, field, place: None, remedy, message }
     }
 
-    /// Input that was understood, but speaks against what was asked.
+    /// The input was understood, but the answer to the question is no.
     pub fn verdict(message: impl fmt::Display) -> Error {
-        Error { kind: Kind::Verdict, ..Error::new(message) }
+        Error { kind: ErrorKind::Verdict, ..Error::new(message) }
     }
 
-    /// The same error, told to be about a field; a message that names its field, or a file, stays.
+    /// Names `field` as the subject of the error; a message that already names this field or a file is not changed.
     pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {
@@ -49,29 +49,29 @@ impl Error {
         Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
-    /// The line of a file that is at fault, where one is; it stands in the message too.
+    /// The line of a file that is at fault, if any; it stands in the message too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
     }
 
-    /// What it speaks against.
-    pub fn kind(&self) -> Kind {
+    /// Whether the error is about the input or the question.
+    pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
-    /// The field of a request that it is about, where it is about one.
+    /// The field of a request that it is about, if any.
     pub fn field(&self) -> Option<&str> {
         self.field.as_deref()
     }
 
-    /// The step of the library that it advises, where it advises one.
+    /// The step of the library that it advises, if any.
     pub fn remedy(&self) -> Option<Step> {
         self.remedy
     }
 
-    /// Whether the data were read and understood, and the answer is no.
+    /// Whether the input was read and understood, and the answer is no.
     pub fn is_verdict(&self) -> bool {
-        self.kind == Kind::Verdict
+        self.kind == ErrorKind::Verdict
     }
 }
 
@@ -102,7 +102,7 @@ impl From<numerics::Error> for Error {
     }
 }
 
-/// Steps by their words in texts, and as the program and as Python have them: the package has no `columns`, but the program.
+/// Steps: the word in texts, the command of the program, the name in Python. Python has no `columns`: its entry is the command.
 const STEPS: [(&str, &str, &str); 14] = [
     ("accumulate", "rist accumulate", "rist.Accumulator"),
     ("check", "rist check", "rist.check"),
@@ -125,12 +125,12 @@ const STEPS: [(&str, &str, &str); 14] = [
 pub struct Step(&'static (&'static str, &'static str, &'static str));
 
 impl Step {
-    /// `None` where there is none of this word.
+    /// The step of this word; `None` where the word is unknown.
     pub fn named(word: &str) -> Option<Step> {
         STEPS.iter().find(|(step, ..)| *step == word).map(Step)
     }
 
-    /// The first that a text advises.
+    /// The first step that a text advises.
     pub(crate) fn advised(text: &str) -> Option<Step> {
         let (_, behind) = text.split_once("[:")?;
         Step::named(behind.split([' ', ']']).next()?)
@@ -141,7 +141,7 @@ impl Step {
         self.0.0
     }
 
-    /// The command of the program, with what it is given; its fields stand in brackets.
+    /// The command of the program with the arguments `given`; fields stand in brackets.
     pub(crate) fn in_program(self, given: &str) -> String {
         format!("{} {given}", self.0.1).trim_end().into()
     }
@@ -162,9 +162,9 @@ mod tests {
     #[test]
     fn a_program_can_ask_what_an_error_is_about() {
         let input = Error::new("[gain=q9]: no such coordinate");
-        assert_eq!((input.kind(), input.field(), input.remedy()), (Kind::Input, Some("gain"), None));
+        assert_eq!((input.kind(), input.field(), input.remedy()), (ErrorKind::Input, Some("gain"), None));
         let no = Error::verdict("a.csv: not of this robot ([:doctor] says more; [anyway=true] takes it in)");
-        assert_eq!((no.kind(), no.field(), no.remedy()), (Kind::Verdict, None, Step::named("doctor")));
+        assert_eq!((no.kind(), no.field(), no.remedy()), (ErrorKind::Verdict, None, Step::named("doctor")));
         assert_eq!(Error::new("expected is a number").about("rate").field(), Some("rate"));
         assert_eq!(Error::new("[-2, 2]: is none").field(), None);
     }

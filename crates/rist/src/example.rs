@@ -1,4 +1,4 @@
-//! A robot and two logs of it that come along, for who has none at hand: the UR5 of docs/ur5.
+//! A robot with two logs that are part of the program, for first trials: the UR5 of docs/ur5.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ pub const FILES: [(&str, &str); 3] = [
     ("other.csv", include_str!("../../../docs/ur5/other.csv")),
 ];
 
-/// Writes the files into a directory, which is made where there is none, and returns their paths.
+/// Writes the files into a directory, creates it if necessary, and returns the paths.
 ///
-/// Fails where a file of another content has one of the names.
+/// Fails where a file of the same name has another content.
 pub fn write_example(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let failed = |e| Error::new(format_args!("{}: {e}", directory.display()));
     std::fs::create_dir_all(directory).map_err(failed)?;

@@ -1,10 +1,10 @@
-//! From a robot description to an exact model, generated code, and inertial parameters identified on the machine.
+//! From a robot description to an exact model, generated code, and inertial parameters identified from measurements.
 //!
 //! Every step returns what the next one takes:
 //!
 //! ```text
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
-//!   examine(logs) -> Passport                              (whether a log belongs to the description)
+//!   examine(logs) -> LogCheck                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
 //!   excite -> check -> (the robot runs, or simulate)       (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
@@ -27,8 +27,8 @@
 //! # Ok::<(), rist::Error>(())
 //! ```
 //!
-//! The root has the steps and what passes between them; each module has what one step takes and returns besides.
-//! `examples/` has the five things people do: inspect a robot, identify a log, run a generated file in a control loop,
+//! The root has the steps with their inputs and results; each module has further types of its step. `examples/` has five
+//! frequent tasks: inspect a robot, identify a log, run a generated file in a control loop,
 //! plan and validate experiments, convert a description and write identified bodies back.
 
 #![warn(missing_docs)]
@@ -53,9 +53,9 @@ pub use describe::linting::{Lint, lint, lint_with_meshes};
 pub use describe::model::Model;
 pub use describe::source::generate;
 pub use describe::states_file::evaluate;
-pub use error::{Error, Kind as ErrorKind, Step};
+pub use error::{Error, ErrorKind, Step};
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
-pub use fit::doctor::{Passport, examine};
+pub use fit::doctor::{LogCheck, examine};
 pub use fit::experiments::{
     ExperimentLogs, identify_experiments, identify_experiments_in_loop, identify_gains_of_rows, identify_paper_rows,
 };
@@ -63,29 +63,29 @@ pub use fit::samples::{Identification, identify, identify_essential, identify_lo
 pub use fit::validation::{Validation, predicted_torques, validate};
 pub use fit::verdict::{Trust, Verdict};
 pub use motion::checking::{Checked, check};
-pub use motion::checking_courses::{check_experiments, check_points, efficiency_again};
+pub use motion::checking_trajectories::{check_experiments, check_points, efficiency_again};
 pub use motion::exciting::{ExcitingMotion, excite};
 pub use motion::planning::{ExperimentPlan, Planned, plan};
-pub use motion::play::Player;
-pub use motion::played_file::{CheckedFile, PlayedFile, Worth, plan_proof};
+pub use motion::play::PlayFormat;
+pub use motion::played_file::{CheckedFile, PlayedFile, ProofCheck, plan_proof};
 pub use motion::simulation::{Motions, simulate};
 pub use motion::staged_play::{StagedPlay, staged_play};
 pub use page::{PageRequest, page};
 pub use request::*;
 pub use write_back::{WrittenBack, write_mjcf, write_urdf};
 
-// What passes between them, and is of other packages.
+// Inputs and results of the steps from other packages.
 pub use ::experiments::excitation::artefact::certificate_text;
 pub use ::experiments::excitation::certificate_text::parameters_text;
-pub use ::experiments::excitation::criterion::Aim;
+pub use ::experiments::excitation::criterion::SearchObjective;
+pub use ::experiments::excitation::enforced_limits::{EnforcedLimit, origins_text};
 pub use ::experiments::excitation::error_margins::{ErrorMargins, JointMargin};
 pub use ::experiments::excitation::gap_proof::{Gap, Surroundings};
-pub use ::experiments::excitation::held_limits::{HeldLimit, origins_text};
-pub use ::experiments::excitation::ledger::{LowestPoint, MotionLedger};
 pub use ::experiments::excitation::limits::{CoordinateLimits, LimitsFile};
 pub use ::experiments::excitation::margins::Margins;
+pub use ::experiments::excitation::motion_claims::{LowestPoint, MotionClaims};
 pub use ::experiments::excitation::proof::CertificateRow;
-pub use ::experiments::excitation::stopping::{StopBodies, StopRoom, Stopping, Stops};
+pub use ::experiments::excitation::stopping::{StopBodies, Stopping, StoppingMargin, StoppingMotions};
 pub use ::experiments::excitation::visibility::VisibleParameter;
 pub use ::experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 pub use ::experiments::motion::profile::Profile;
@@ -98,22 +98,22 @@ pub use claims::{LeftOut, significant};
 pub use expr::{Count, Function};
 pub use gate;
 pub use identification::estimate::artefact::Estimate;
+pub use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
+pub use identification::estimate::claims::unknowns::UnknownStep;
 pub use identification::estimate::delay::Delay as FoundDelay;
 pub use identification::estimate::identified::{Identified, Status};
 pub use identification::estimate::joint_terms::JointTerms;
-pub use identification::estimate::ledger::hypotheses::{Hypothesis, Tested};
-pub use identification::estimate::ledger::unknowns::Step as UnknownStep;
+pub use identification::estimate::log_check::finding::Finding;
+pub use identification::estimate::log_check::visited::VisitedStates;
 pub use identification::estimate::logs_left_out::LogLeftOut;
 pub use identification::estimate::options::Options;
-pub use identification::estimate::passport::finding::Finding;
-pub use identification::estimate::passport::visited::Visited;
 pub use identification::estimate::residuals::Residuals;
 pub use identification::estimate::selection::FrictionSelection;
 pub use identification::estimate::torque_error::TorqueError;
 pub use identification::estimate::verdict::BodiesEvidence;
 pub use identification::estimators::drive_gains::likelihood::Gain;
 pub use identification::estimators::weighted::Weights;
-pub use linear_model::artefact::Kind;
+pub use linear_model::artefact::ArtefactKind;
 pub use linear_model::description_options::{DescriptionOptions, RotorInertias};
 pub use linear_model::friction::terms::FrictionTerm;
 pub use linear_model::known_load::KnownLoad;
@@ -128,5 +128,5 @@ pub use logs::{
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;
-pub use robot::format::{Angles, Mimic, READ_EXTENSIONS, read_text, text_of};
+pub use robot::format::{AngleSnapping, Mimic, READ_EXTENSIONS, read_text, text_of};
 pub use robot::{Inertial, LinkId, Place, Robot};

@@ -1,10 +1,10 @@
-//! Writes the files of a step: whole or not at all, and never over its inputs.
+//! Writes the files of a step completely or not at all, and never over its inputs.
 //!
-//! An input is what the user named and what that brought along: a file that it includes, a mesh, a part of a data set
-//! ([`gate::opened`]). A text goes into a new file of a random name beside its place and is then moved there. If that
-//! fails, the new file is removed; what killed writers left in its folder, the next one removes. A link is followed, so that it stays a link, also where
-//! it leads to no file yet. A file that is read-only is not replaced. A path that is no regular file (a terminal, a pipe,
-//! /dev/null) is written to and not replaced.
+//! An input is a file that the user named, and every file that it refers to: an included file, a mesh, a part of a data set
+//! ([`gate::opened`]). A text is written into a new file with a random name in the same folder and then moved to its place.
+//! If that fails, the new file is removed; files that killed writers left in the folder are removed by the next writer. A
+//! link is followed and stays a link, also where its target does not exist yet. A read-only file is not replaced. A path that
+//! is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -15,7 +15,7 @@ use gate::opened;
 
 use crate::error::Error;
 
-/// Refuses an output that is an input, by whatever name, and one whose directory is not there.
+/// Refuses an output that is an input, by any of its names, and an output whose directory does not exist.
 pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     if out.as_os_str() == "-" {
         return Err(Error::new("-: the name of a file is expected; without it a text goes to standard output"));
@@ -41,7 +41,7 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     }
 }
 
-/// Writes a whole file or nothing; refuses what `check_output` refuses.
+/// Writes a file completely or not at all; refuses the outputs that `check_output` refuses.
 pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
     write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
@@ -50,7 +50,7 @@ pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Re
 fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     let place = match fs::metadata(out) {
         Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(content),
-        // Its folder would let it be replaced, which is not what its mode says.
+        // The folder's mode would allow to replace it, but the mode of the file does not.
         Ok(found) if found.permissions().readonly() => {
             let message = "the file is read-only; make it writable, or write elsewhere";
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
@@ -59,11 +59,11 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
         Err(_) => end_of_links(out)?,
     };
     clear_remains(directory_of(&place));
-    // Its lock is held until it has its name.
+    // The lock is held until the file has its final name.
     let (neighbour, file) = new_neighbour(&place)?;
     let written = fill(&file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
-        // The error of writing is reported. That the new file could not be removed either is not worth another message.
+        // Only the error of writing is reported, not a second one of removing the new file.
         let _ = fs::remove_file(&neighbour);
     }
     written
@@ -77,10 +77,10 @@ fn fill(mut file: &File, place: &Path, content: &[u8]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Where a link leads that leads to no file yet.
+/// The target of a link that does not exist yet.
 fn end_of_links(out: &Path) -> io::Result<PathBuf> {
     let mut place = out.to_path_buf();
-    for _ in 0..MAX_LINKS {
+    for _ in 0..LARGEST_LINK_DEPTH {
         match fs::read_link(&place) {
             Ok(target) => place = directory_of(&place).join(target),
             Err(_) => return Ok(place),
@@ -90,15 +90,15 @@ fn end_of_links(out: &Path) -> io::Result<PathBuf> {
 }
 
 /// The number of links that Linux follows.
-const MAX_LINKS: usize = 40;
+const LARGEST_LINK_DEPTH: usize = 40;
 
-/// The end of the name of a file that is being written.
-const END: &str = ".rist-part";
+/// Extension of a file that is being written.
+const PART_EXTENSION: &str = ".rist-part";
 
-/// Removes what killed writers left in a folder. A writer that lives holds a lock; where files cannot be locked, remains stay.
+/// Removes files that killed writers left in a folder. A running writer holds a lock; where files cannot be locked, they stay.
 fn clear_remains(folder: &Path) {
     let is_remains = |path: &PathBuf| {
-        let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(END));
+        let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(PART_EXTENSION));
         let random = name.filter(|name| name.starts_with('.')).and_then(|name| name.rsplit_once('.'));
         random.is_some_and(|(_, r)| r.len() == 16 && r.bytes().all(|b| b.is_ascii_hexdigit()))
     };
@@ -107,21 +107,21 @@ fn clear_remains(folder: &Path) {
         if let Ok(file) = OpenOptions::new().write(true).open(&path)
             && file.try_lock().is_ok()
         {
-            // Who may not remove it leaves it.
+            // Without the permission to remove it, the file stays.
             let _ = fs::remove_file(&path);
         }
     }
 }
 
-/// Creates and locks a file that was not there before, so that no other file is opened and no link followed.
+/// Creates and locks a new file, so that no existing file is opened and no link followed.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
     for _ in 0..MOST_TRIES {
         // Every hasher has new random keys.
         let random = RandomState::new().build_hasher().finish();
-        let neighbour = place.with_file_name(format!(".{name}.{random:016x}{END}"));
+        let neighbour = place.with_file_name(format!(".{name}.{random:016x}{PART_EXTENSION}"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
-            // Until it is locked, another writer takes it for remains.
+            // Before it is locked, another writer may have removed it.
             Ok(file) if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && neighbour.exists() => {
                 return Ok((neighbour, file));
             }
@@ -129,10 +129,10 @@ fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
             _ => {}
         }
     }
-    Err(io::Error::other("no name is free beside it"))
+    Err(io::Error::other("no free name in its folder"))
 }
 
-/// Names that are tried for a new file.
+/// Number of names that are tried for a new file.
 const MOST_TRIES: usize = 8;
 
 pub(crate) fn directory_of(path: &Path) -> &Path {
@@ -151,8 +151,7 @@ pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<
     Ok(())
 }
 
-/// Whether two paths lead to one file. It sees through hard and symbolic links, and compares files that do not exist
-/// yet.
+/// Whether two paths lead to the same file, through hard and symbolic links too, and for files that do not exist yet.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let name = path.file_name()?;
@@ -238,7 +237,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// What an input brought along is an input of whoever reads that input, and of nobody else.
+    /// Files that an input refers to are inputs for readers of that input only.
     #[test]
     fn what_an_input_brings_along_is_not_written_over() {
         let here = folder("brought");
@@ -256,8 +255,8 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A writer that is killed leaves a hidden file, which the next one in the folder takes away at once; one that lives
-    /// keeps its own, and so does the user.
+    /// A killed writer leaves a hidden file, which the next writer in the folder removes; files of running writers and of the
+    /// user stay.
     #[test]
     fn remains_of_killed_writers_go() {
         let here = folder("remains");
@@ -275,7 +274,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// Writers in one folder take no new file of another for remains.
+    /// A writer does not remove the new file of another running writer.
     #[test]
     fn writers_beside_each_other_all_write() {
         let here = folder("beside");

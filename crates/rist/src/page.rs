@@ -1,6 +1,6 @@
-//! The page of an identification, with all parts that are given, as one file of HTML.
+//! The page of an identification, with all given parts, as one file of HTML.
 
-use report::comparison::Other;
+use report::comparison::OtherEstimate;
 use report::identification::{Page, Subject};
 
 pub use report::experiments::PlanProof;
@@ -8,11 +8,11 @@ pub use report::identification::Origin;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::validation::{Portrait, Validation};
+use crate::fit::validation::{PlotData, Validation};
 use crate::fit::verdict::Verdict;
-use crate::motion::motion_portrait::ShownMotion;
+use crate::motion::motion_plot_data::ShownMotion;
 use crate::motion::planning::ExperimentPlan;
-use crate::request::spelling::{Reader, spelled};
+use crate::request::spelling::{Audience, spelled};
 use identification::estimate::artefact::Estimate;
 
 /// The content of the page. A part that is not given is left out.
@@ -22,27 +22,27 @@ pub struct PageRequest<'a> {
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
-    /// What was found again of them: [`crate::motion::played_file::plan_proof`].
+    /// Their repeated proofs: [`crate::motion::played_file::plan_proof`].
     pub plan_proof: Option<&'a PlanProof>,
-    /// The exciting motion, with what is drawn of it: [`crate::motion::motion_portrait`].
+    /// The exciting motion, with its plot data: [`crate::motion::motion_plot_data`].
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
     /// Another estimate of the same model, and the name of its file.
     pub against: Option<(&'a str, &'a Estimate)>,
-    /// What they predict for logs: [`crate::fit::validation::portrait`].
-    pub portrait: Option<&'a Portrait>,
-    /// How well they predict other logs.
+    /// Plot data of predicted logs: [`crate::fit::validation::plot_data`].
+    pub plot_data: Option<&'a PlotData>,
+    /// Their errors on other logs.
     pub validation: Option<&'a Validation>,
     /// Whether to trust them.
     pub verdict: Option<&'a Verdict>,
     /// Date, version and command.
     pub origin: Origin<'a>,
-    /// Who reads it: fields in its sentences are spelled so.
-    pub reader: Reader,
+    /// The reader; it decides the spelling of fields in sentences.
+    pub reader: Audience,
 }
 
-/// Refuses two estimates whose parameters do not mean the same; `names` are those of their files.
+/// Refuses two estimates whose parameters have different meanings; `names`: names of their files.
 pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(), Error> {
     let [a, b] = estimates.map(|estimate| estimate.fingerprint.as_deref());
     match a.zip(b) {
@@ -59,16 +59,16 @@ pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(
 
 /// The page, and its charts as files of SVG by name.
 pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
-    let described = request.model.and_then(Model::described_parameters);
+    let described = request.model.and_then(Model::nominal_parameters);
     let subject = request.model.map(|model| Subject {
         robot: &model.robot,
         parameters: &model.parameters,
         described: described.as_deref(),
     });
     let path = request.model.map(|model| model.path.display().to_string());
-    let PageRequest { plan, plan_proof, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
+    let PageRequest { plan, plan_proof, motion, estimate, plot_data, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
-    let against = request.against.map(|(name, estimate)| Other { name, estimate });
-    let page = Page { subject, plan, plan_proof, motion, estimate, against, portrait, validation, verdict, origin };
+    let against = request.against.map(|(name, estimate)| OtherEstimate { name, estimate });
+    let page = Page { subject, plan, plan_proof, motion, estimate, against, plot_data, validation, verdict, origin };
     (spelled(&page.html(), request.reader), page.pictures())
 }

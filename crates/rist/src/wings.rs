@@ -1,7 +1,7 @@
-//! What wings add to core, and what signatures of wings need of it.
+//! Extensions of core by wings, and the types of core in the signatures of wings.
 //!
-//! A wing is a package that core does not know. Who builds it in hands its [`Wing`] to [`register`], which fills the tables of core
-//! once, before the first text is spelled and the first file is read.
+//! A wing is a package that core does not know. A program that contains it passes its [`Wing`] to [`register`], which fills the
+//! tables of core once, before the first text is spelled and the first file is read.
 
 use std::sync::Once;
 
@@ -14,14 +14,14 @@ use crate::request;
 
 pub use crate::describe::adapters::tape_dynamics::dynamics;
 pub use crate::describe::conversion::{DescriptionWriter, WriteDescription};
-pub use crate::fit::experiments::{IdentifyInLoop, Reader};
-pub use crate::motion::described::{described_values, torque_noise};
+pub use crate::fit::experiments::{ExperimentReader, IdentifyInLoop};
+pub use crate::motion::nominal::{nominal_values, torque_noise};
 pub use crate::motion::played_file::PointReader;
 pub use crate::request::{WingRequest, terms_without_torque};
 pub use experiments::plan::proof_check::FindProof;
-pub use experiments::plan::proof_search::{ProvePlan, ProvenPlan, Work};
+pub use experiments::plan::proof_search::{ProvePlan, ProvenPlan, SearchBudget};
+pub use identification::estimate::claims::hypotheses::UndeterminedMechanics;
 pub use identification::estimate::identify::Fit;
-pub use identification::estimate::ledger::hypotheses::Open;
 pub use identification::estimate::verdict::Evidence;
 pub use identification::estimators::drive_gains::likelihood::DriveGains;
 pub use identification::signals::records::Records;
@@ -29,10 +29,10 @@ pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
 pub use robot::mesh::MeshFormat;
 
-/// What a wing adds; an error is what is said of something that was not built in.
+/// The extensions by a wing; an `Err` is the error text of a function that was not built in.
 #[derive(Default)]
 pub struct Wing {
-    /// Its requests.
+    /// The requests of the wing.
     pub requests: Vec<WingRequest>,
     /// Formats of log files.
     pub log_formats: Vec<LogFormat>,
@@ -40,15 +40,15 @@ pub struct Wing {
     pub mesh_formats: Vec<MeshFormat>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
-    /// What reads motions of others.
+    /// Readers of motions from other sources.
     pub points: Option<Result<PointReader, &'static str>>,
     /// Functions of a link.
     pub functions: Vec<FunctionOfLink>,
     /// Identification that simulates the experiments of a plan.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
-    /// The search for a plan that is proven the best.
+    /// The search for a plan with a proof of its efficiency.
     pub prove_plan: Option<Result<ProvePlan, &'static str>>,
-    /// What finds its proof again.
+    /// The function that repeats the proof of a plan.
     pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 

@@ -1,21 +1,21 @@
-//! Numbers of a URDF's frames that were meant to be one number.
+//! Numbers of a URDF's frames that are equal except for rounding.
 //!
-//! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the three
-//! fingers of a hand stand at angles that agree to 1e-7, and axes that meet pass at 1e-8 m. Such differences are no
-//! geometry, but each makes base parameters of its own that no motion can show. An angle that agrees with an earlier
-//! one of the robot within [`ROUND_ANGLE_TOLERANCE_RAD`], up to its sign, is taken for that one; so is a length within
-//! [`LENGTH_AGREEMENT_M`], and one below it for zero.
+//! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the angles of
+//! the three fingers of a hand agree to 1e-7 rad, and axes that intersect have a distance of 1e-8 m. Such differences are no
+//! geometry, but each leads to additional base parameters that no motion excites. An angle that agrees with an earlier
+//! angle of the robot within [`ROUND_ANGLE_TOLERANCE_RAD`], up to its sign, is set to that angle. A length that agrees with
+//! an earlier one within [`LENGTH_AGREEMENT_M`] is set to that length, and a length below this tolerance to zero.
 
 use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// Difference of lengths that count as one, m: what six digits of an angle leave of a metre.
+/// Largest difference of lengths that count as equal, m: the error of 1 m with an angle of six digits.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
-/// A difference that is rounding of this program, and gets no note.
+/// Up to this difference, rad or m, a change is rounding of this program and gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
-/// Gives numbers that agree one value, and notes it.
+/// Sets numbers that agree to one value, and adds notes to the robot.
 pub(crate) fn make_one(robot: &mut Robot) {
     let (mut angles, mut lengths) = (Vec::new(), Vec::new());
     let mut notes = Vec::new();
@@ -30,7 +30,7 @@ pub(crate) fn make_one(robot: &mut Robot) {
             ("r", &mut geometry.r, false),
         ];
         for (key, value, is_angle) in given {
-            // A multiple of pi has no digits to agree in.
+            // Multiples of pi and expressions are exact.
             let &mut Value::Number(x) = value else { continue };
             let (known, tolerance) =
                 if is_angle { (&mut angles, ROUND_ANGLE_TOLERANCE_RAD) } else { (&mut lengths, LENGTH_AGREEMENT_M) };

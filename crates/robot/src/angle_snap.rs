@@ -1,11 +1,11 @@
-//! Angles and lengths as they were meant: 1.5707 is pi/2.
+//! Exact values for rounded angles and lengths: 1.5707 is pi/2.
 //!
-//! An angle within [`ROUND_ANGLE_TOLERANCE_RAD`] of a multiple of pi/2, pi/4 or pi/6 is taken for that multiple,
-//! because no calibration measures so little. An angle is also taken for a multiple of pi/2 if it is that multiple
-//! rounded or cut off at its last decimal, down to four decimals ([`LONGEST_CUT_RAD`]): 1.5707 and 1.5708 are pi/2. An
-//! angle of the same size with more digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero
-//! has no digits to leave out. Sine and cosine of a multiple so found are exact, so the digits that somebody left out
-//! do not make additional base parameters.
+//! An angle within [`ROUND_ANGLE_TOLERANCE_RAD`] of a multiple of pi/2, pi/4 or pi/6 is replaced by that multiple,
+//! because no calibration measures so small a difference. An angle is also replaced by a multiple of pi/2 if it is that
+//! multiple rounded or cut off at its last decimal, down to four decimals ([`LONGEST_CUT_RAD`]): 1.5707 and 1.5708 are pi/2.
+//! A similar angle with more digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero has no
+//! digits that can be omitted. Sine and cosine of such a multiple are exact, so omitted digits do not lead to additional
+//! base parameters.
 
 use std::f64::consts::PI;
 
@@ -14,30 +14,32 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// Most that a cut decimal may leave of a multiple of pi/2, rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away
-/// from pi/2, which is an angle of its own.
+/// Largest difference of a cut decimal from a multiple of pi/2, rad: 3.1415 differs from pi by 9.3e-5. 1.57 differs from
+/// pi/2 by 8e-4 and is kept.
 const LONGEST_CUT_RAD: f64 = 1e-4;
-/// Distance from a round angle that counts as none, one arc second, rad: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6
-/// is what 1.5708 leaves of pi/2.
+/// Largest difference from a round angle that is removed, one arc second, rad: 0.7854 differs from pi/4 by 1.8e-6, and
+/// 1.5708 from pi/2 by 3.67e-6.
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
-/// Sine of the angle between a given axis and the coordinate axis it is taken for.
+/// Largest component of a given unit axis normal to the coordinate axis by which it is replaced.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// The rounding noise of exporters, m.
+/// A length below this is rounding of an exporter, m.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// A smaller difference is that of pi/2 as a double, rad. It is removed without a note, even where angles stay as
-/// given.
+/// A difference up to this is rounding of a double, rad. It is removed without a note, even where angles stay as given.
 pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
-/// An entry of a rotation this near to a known value is set to it, because products of three sines or cosines carry an
-/// error of a few units of the last place, 2e-16.
+/// An entry of a rotation within this tolerance of a known value is set to it, because products of three sines or cosines
+/// have an error of a few units in the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
-/// An axis whose largest component is smaller names no direction: files write unit vectors.
+/// An axis with a smaller largest component has no direction: files contain unit vectors.
 const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
-/// Rounding error of values that this program computes from snapped ones, in some operations on numbers below 10.
+/// Bound of the rounding error of values, rad or m, that this program computes from snapped values, in a few operations on
+/// numbers below 10.
 const SNAPPED_VALUE_ROUNDING: f64 = 1e-12;
+/// Largest multiple of pi/12 that is recognised.
+const MAX_TWELFTHS: f64 = 1e6;
 
-/// What a rounded angle is taken for.
+/// The treatment of a rounded angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Angles {
+pub enum AngleSnapping {
     /// 1.5707 is pi/2.
     #[default]
     Meant,
@@ -45,29 +47,29 @@ pub enum Angles {
     AsGiven,
 }
 
-/// An angle as given: the exact multiple of pi/12 it is taken for, or itself.
-pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
+/// The value of a given angle, rad: the exact multiple of pi/12 that replaces it, or the angle itself.
+pub(crate) fn given_angle(angle: f64, angles: AngleSnapping) -> Value {
     let twelfths = angle * 12.0 / PI;
     let n = twelfths.round();
     let away = (angle - n * PI / 12.0).abs();
     let step = n.rem_euclid(12.0);
     let tolerance = match (step as i64, angles) {
-        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => UNNOTED_DIFFERENCE_RAD,
-        (0 | 6, Angles::Meant) => ROUND_ANGLE_TOLERANCE_RAD.max(last_decimal(angle).min(LONGEST_CUT_RAD)),
-        (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND_ANGLE_TOLERANCE_RAD,
+        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, AngleSnapping::AsGiven) => UNNOTED_DIFFERENCE_RAD,
+        (0 | 6, AngleSnapping::Meant) => ROUND_ANGLE_TOLERANCE_RAD.max(last_decimal(angle).min(LONGEST_CUT_RAD)),
+        (2 | 3 | 4 | 8 | 9 | 10, AngleSnapping::Meant) => ROUND_ANGLE_TOLERANCE_RAD,
         _ => -1.0,
     };
-    if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
+    if away <= tolerance && n.abs() < MAX_TWELFTHS { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
 }
 
-/// The note on an angle, rad, that was taken for another; `name`: what it is of its subject.
+/// The note on an angle, rad, that was replaced; `name`: the name of the angle in its subject. `None` for an unchanged angle.
 pub(crate) fn note_of(subject: &str, name: &str, given: f64, taken: &Value) -> Option<Note> {
     let text = || format!("{name} {given} is taken as {}", multiple_of_pi(taken));
     let is_other = (taken.number(&[]) - given).abs() > UNNOTED_DIFFERENCE_RAD;
     is_other.then(|| Note { subject: subject.into(), text: text() })
 }
 
-/// `-3*pi/4`, as a user would write it.
+/// A multiple of pi as text: `-3*pi/4`.
 fn multiple_of_pi(angle: &Value) -> String {
     let Some((numerator, denominator)) = angle.as_multiple_of_pi(&[]) else { return angle.number(&[]).to_string() };
     let sign = if numerator < 0 { "-" } else { "" };
@@ -79,15 +81,15 @@ fn multiple_of_pi(angle: &Value) -> String {
     if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
 }
 
-/// One unit of the last decimal an angle is written with: 1e-4 of 1.5707.
+/// One unit of the last decimal of an angle's text: 1e-4 of 1.5707.
 fn last_decimal(angle: f64) -> f64 {
     let text = angle.to_string();
     let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
-    // The factor makes it one unit of the last place smaller, since 10^-4 itself is rounded.
+    // The factor subtracts one unit in the last place, since 10^-4 itself is rounded.
     10f64.powi(-(decimals.min(300) as i32)) * (1.0 - f64::EPSILON)
 }
 
-/// An angle computed from snapped ones, in (-pi, pi].
+/// The value of an angle, rad, computed from snapped values, in (-pi, pi].
 pub(crate) fn computed_angle(angle: f64) -> Value {
     let n = (angle * 12.0 / PI).round();
     if (angle - n * PI / 12.0).abs() <= SNAPPED_VALUE_ROUNDING {
@@ -98,14 +100,14 @@ pub(crate) fn computed_angle(angle: f64) -> Value {
     }
 }
 
-/// A length computed from snapped ones, m.
+/// The value of a length, m, computed from snapped values.
 pub(crate) fn computed_length(length: f64) -> Value {
     if length.abs() <= SNAPPED_VALUE_ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
 }
 
-/// A length of a file, m; what is meant is without noise, and as given it stays.
-pub(crate) fn given_length(length: f64, angles: Angles) -> f64 {
-    if angles == Angles::Meant && length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
+/// A length of a file, m: without rounding noise, or unchanged where values stay as given.
+pub(crate) fn given_length(length: f64, angles: AngleSnapping) -> f64 {
+    if angles == AngleSnapping::Meant && length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
 }
 
 /// n pi / 12, reduced.
@@ -125,7 +127,7 @@ fn twelfths_of_pi(n: i64) -> Value {
     if n < 0 { Value::Neg(Box::new(fraction)) } else { fraction }
 }
 
-/// The decimal of twelve digits that `x` is but for rounding, or `x`: 0.13585 - 0.1197 is 0.01615.
+/// The decimal of twelve digits that equals `x` within rounding, else `x`: 0.13585 - 0.1197 is 0.01615.
 fn decimal(x: f64) -> f64 {
     let short = format!("{x:.11e}").parse().unwrap_or(x);
     if (short - x).abs() <= 4.0 * f64::EPSILON * x.abs().max(1.0) { short } else { x }
@@ -140,7 +142,7 @@ pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
     exact(&product(&product(&z, &y), &x))
 }
 
-/// Sets entries that are 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 but for rounding to these values.
+/// Sets entries that equal 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 within rounding to these values.
 pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
     m.map(|row| row.map(exact_entry))
 }
@@ -151,15 +153,15 @@ fn exact_entry(x: f64) -> f64 {
     near.map_or(x, |k| if k == 0.0 { 0.0 } else { k.copysign(x) })
 }
 
-/// The unit vector along an axis as given; `None` for the zero vector.
-pub(crate) fn unit_axis(axis: Vector3, angles: Angles) -> Option<Vector3> {
+/// The unit vector along a given axis; `None` for the zero vector.
+pub(crate) fn unit_axis(axis: Vector3, angles: AngleSnapping) -> Option<Vector3> {
     let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if largest < SMALLEST_AXIS_COMPONENT {
         return None;
     }
     let axis = scaled(axis, 1.0 / largest);
     let unit = scaled(axis, 1.0 / norm(axis));
-    let tolerance = if angles == Angles::Meant { AXIS_TOLERANCE_SINE } else { UNNOTED_DIFFERENCE_RAD };
+    let tolerance = if angles == AngleSnapping::Meant { AXIS_TOLERANCE_SINE } else { UNNOTED_DIFFERENCE_RAD };
     let along = (0..3).find(|&i| (0..3).all(|j| j == i || unit[j].abs() <= tolerance));
     Some(match along {
         Some(i) => [0, 1, 2].map(|j| if j == i { unit[i].signum() } else { 0.0 }),
@@ -167,8 +169,8 @@ pub(crate) fn unit_axis(axis: Vector3, angles: Angles) -> Option<Vector3> {
     })
 }
 
-/// Replaces the angles that the user rounded by the multiples of pi they were meant to be, and notes it.
-pub(crate) fn snap_angles(robot: &mut Robot, angles: Angles) {
+/// Replaces rounded angles by exact multiples of pi, and adds notes to the robot.
+pub(crate) fn snap_angles(robot: &mut Robot, angles: AngleSnapping) {
     let symbols = &robot.symbols;
     let mut notes = Vec::new();
     let mut snap = |subject: &str, geometry: &mut ModifiedDh| {
@@ -204,7 +206,7 @@ mod tests {
 
     #[test]
     fn angles_are_taken_for_what_was_meant() {
-        // The angles are texts, because the test is about their digits.
+        // The angles are texts, because the number of their digits is tested.
         for (angle, multiple) in [
             ("1.5707", (1, 2)),
             ("-1.57079632679", (-1, 2)),
@@ -215,13 +217,13 @@ mod tests {
             ("0", (0, 1)),
             ("6.2832", (2, 1)),
         ] {
-            let found = given_angle(angle.parse().unwrap(), Angles::Meant);
+            let found = given_angle(angle.parse().unwrap(), AngleSnapping::Meant);
             assert_eq!(found.as_multiple_of_pi(&[]), Some(multiple), "{angle}");
         }
-        // 1.57065, 0.0001 and 0.00015 are calibrated, and so is 1e-4 beside a right angle.
+        // 1.57065, 0.0001 and 0.00015 are calibrated values, and so is a right angle plus 1e-4.
         for angle in ["1.57", "0.7853", "0.2618", "1.75057", "1.57065", "0.0001", "-0.00015", "1.5708963", "3.14149"] {
             let angle = angle.parse().unwrap();
-            assert_eq!(given_angle(angle, Angles::Meant), Value::Number(angle));
+            assert_eq!(given_angle(angle, AngleSnapping::Meant), Value::Number(angle));
         }
     }
 
@@ -235,11 +237,11 @@ mod tests {
 
     #[test]
     fn rotations_keep_exact_entries() {
-        let quarter = given_angle(PI / 4.0, Angles::Meant);
+        let quarter = given_angle(PI / 4.0, AngleSnapping::Meant);
         let m = rotation(&[quarter.clone(), Value::ZERO, quarter]);
         assert_eq!(m[0], [0.5f64.sqrt(), -0.5, 0.5]);
-        assert_eq!(unit_axis([0.0, -3.0, 1e-9], Angles::Meant), Some([0.0, -1.0, 0.0]));
-        assert_eq!(unit_axis([1e300, 1e300, 0.0], Angles::Meant), Some([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0]));
-        assert_eq!(unit_axis([0.0; 3], Angles::Meant), None);
+        assert_eq!(unit_axis([0.0, -3.0, 1e-9], AngleSnapping::Meant), Some([0.0, -1.0, 0.0]));
+        assert_eq!(unit_axis([1e300, 1e300, 0.0], AngleSnapping::Meant), Some([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0]));
+        assert_eq!(unit_axis([0.0; 3], AngleSnapping::Meant), None);
     }
 }

@@ -1,8 +1,8 @@
-//! Which linkage a loop of four sides is, where opposite sides are equal.
+//! The linkage of a loop of four sides with equal opposite sides.
 //!
-//! Such a loop closes in two ways: as a parallelogram, v_1 = -v_3, and crossed, as an antiparallelogram. They meet only
-//! where all sides lie along one line. Where the search for the passive joints starts tells which is meant: the closed
-//! loop next to it is found by
+//! Such a loop has two assemblies: as a parallelogram, v_1 = -v_3, and crossed, as an antiparallelogram. They coincide only
+//! where all sides lie along one line. The start of the passive joints determines the assembly: the closed loop next to it
+//! is found by
 //!
 //! ```text
 //! x <- x - J^+ e        [Gauss-Newton, halved while |e| grows]
@@ -12,28 +12,32 @@
 use crate::linear_angle::wrapped;
 use crate::polygon::{Polygon, Side};
 
-/// What the sides make next to the start.
+/// The linkage of the sides at the closed loop next to the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Linkage {
     /// Opposite sides stay parallel.
     Parallelogram,
     /// The antiparallelogram: no affine function of the coordinates moves it.
     Crossed,
-    /// All sides lie along one line, where both meet.
+    /// All sides lie along one line, where both assemblies coincide.
     Stretched,
     /// The file gives no start, and the loop is not closed with every passive variable at zero.
     NoStart,
 }
 
-/// What a gap may be of the longest side, or rad, where starts of six digits close a loop.
+/// Largest gap of a closed loop, relative to the longest side, or rad: starts have six digits.
 const CLOSED_GAP: f64 = 1e-5;
-/// Most steps of the search. Two or three unknowns near a solution need few.
+/// Largest difference of opposite sides of a parallelogram, relative to the longest side.
+const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
+/// Gap at which the search ends, relative to the longest side, or rad.
+const SEARCH_END_GAP: f64 = 1e-14;
+/// Largest number of steps of the search. Two or three unknowns near a solution need few.
 const MAX_SEARCH_STEPS: usize = 60;
 /// The smallest fraction of a step.
 const SMALLEST_STEP_FRACTION: f64 = 1e-3;
 
-/// The linkage of the `groups` of sides of a polygon, four in the order of the loop. `start` has every variable:
-/// coordinates at zero, passive ones, from the `n`-th on, where the search for them starts.
+/// The linkage of four `groups` of sides of a polygon, in the order of the loop. `start` has every variable: coordinates
+/// at zero and, from the `n`-th on, the start of the passive variables.
 pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n: usize) -> Linkage {
     let size = polygon.sides.iter().map(|s| s.vector[0].hypot(s.vector[1])).fold(0.0, f64::max);
     let search = PolygonSearch { polygon, size, unknown: unknown(polygon, n) };
@@ -43,6 +47,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
         return Linkage::NoStart;
     }
     search.close(&mut x);
+    // The four sides at the closed loop, in lengths of the longest side.
     let [a, b, c, d] = groups.map(|sides| {
         sides.iter().fold([0.0, 0.0], |sum, &k| {
             let [u, v] = turned(&polygon.sides[k], &x);
@@ -52,11 +57,12 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
     if norm(&search.gap(&x)) > CLOSED_GAP {
         return Linkage::NoStart;
     }
+    // |a x b| = 0: all sides lie along one line. a = -c and b = -d: a parallelogram.
     if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED_GAP {
         return Linkage::Stretched;
     }
     let apart = [a[0] + c[0], a[1] + c[1], b[0] + d[0], b[1] + d[1]];
-    if norm(&apart) < 10.0 * CLOSED_GAP { Linkage::Parallelogram } else { Linkage::Crossed }
+    if norm(&apart) < PARALLEL_SIDES_GAP { Linkage::Parallelogram } else { Linkage::Crossed }
 }
 
 /// The passive variables that turn a side.
@@ -72,7 +78,7 @@ struct PolygonSearch<'a> {
 }
 
 impl PolygonSearch<'_> {
-    /// The open end of the polygon in lengths of the longest side, and the angle between the ends, rad.
+    /// The gap of the polygon in lengths of the longest side, and the angle between its ends, rad.
     fn gap(&self, x: &[f64]) -> [f64; 3] {
         let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);
         self.polygon.sides.iter().fold([0.0, 0.0, angle], |gap, side| {
@@ -90,11 +96,11 @@ impl PolygonSearch<'_> {
         })
     }
 
-    /// Moves the passive variables to the next closed polygon, as far as the search comes.
+    /// Moves the passive variables towards the next closed polygon.
     fn close(&self, x: &mut Vec<f64>) {
         for _ in 0..MAX_SEARCH_STEPS {
             let gap = self.gap(x);
-            if norm(&gap) < 1e-14 {
+            if norm(&gap) < SEARCH_END_GAP {
                 return;
             }
             let columns: Vec<[f64; 3]> = self.unknown.iter().map(|&k| self.column(x, k)).collect();
@@ -115,7 +121,7 @@ impl PolygonSearch<'_> {
     }
 }
 
-/// The least x of J x = e: J' (J J' + mu 1)^-1 e, with a mu that no well-placed loop notices.
+/// The minimum-norm x of J x = e: J' (J J' + mu 1)^-1 e, with a mu that is negligible unless the loop is singular.
 fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     const MU: f64 = 1e-12;
     let mut a = [[0.0; 4]; 3];
@@ -141,7 +147,7 @@ fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     columns.iter().map(|c| dot(c, &y)).collect()
 }
 
-/// A side at the variables x.
+/// The vector of a side at the variables x.
 fn turned(side: &Side, x: &[f64]) -> [f64; 2] {
     let (s, c) = dot(&side.turn, x).sin_cos();
     let [u, v] = side.vector;
@@ -160,8 +166,8 @@ fn norm(x: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Sides 0.5, 0.2, 0.5, 0.2, the crank at `crank` to the base; variables: q, the angle of the coupler to the crank, that
-    /// of the rocker to the base, that of the cut.
+    /// Sides 0.5, 0.2, 0.5, 0.2, the crank at the angle `crank` to the base. Variables: q, the angle of the coupler to the
+    /// crank, of the rocker to the base, and of the cut.
     fn four_bar(crank: f64) -> Polygon {
         let (s, c) = crank.sin_cos();
         let side = |vector: [f64; 2], turn: [f64; 4]| Side { vector, turn: turn.to_vec() };
@@ -186,7 +192,7 @@ mod tests {
         // With the crank at 1 rad the parallelogram has its coupler at -1 and its rocker at 1.
         assert_eq!(at(1.0, [-1.0, 1.0, -1.0]), Linkage::Parallelogram);
         assert_eq!(at(1.0, [-0.8, 0.9, -1.1]), Linkage::Parallelogram);
-        // The crossed one: coupler and rocker at -1.811163, of six digits.
+        // The crossed assembly: coupler and rocker at -1.811163 rad.
         assert_eq!(at(1.0, [-1.811163, -1.811163, -1.0]), Linkage::Crossed);
         assert_eq!(at(1.0, [-1.6, -1.9, -0.9]), Linkage::Crossed);
     }

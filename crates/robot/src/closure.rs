@@ -1,48 +1,48 @@
 //! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
 //!
 //! Both sides are trigonometric polynomials in the coordinates, so agreement at a few generic
-//! configurations is agreement everywhere. A loop with passive coordinates closes only where they
-//! have been solved for, so that its gap says nothing at other points.
+//! configurations implies agreement everywhere. A loop with passive coordinates closes only where they
+//! have been solved for, so its gap at other points has no meaning.
 
 use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
 
-/// Largest distance, m, and angle, rad, between frames that are to coincide.
+/// Largest distance, m, and angle, rad, between frames that must coincide.
 pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-9;
 
 /// Number of configurations at which a loop must close.
 const TESTED_CONFIGURATIONS: usize = 20;
 
-/// How far a loop is from closing, and where.
+/// The gap between the two frames of a loop, and its configuration.
 #[derive(Clone, Debug)]
-pub struct Gap {
-    /// m.
+pub struct ClosureGap {
+    /// Distance of the origins, m.
     pub position: f64,
-    /// rad.
+    /// Angle between the axes, rad.
     pub orientation: f64,
-    /// The configuration with this gap: coordinates, then passive ones.
+    /// The configuration with this gap: coordinates, then passive coordinates.
     pub q: Vec<f64>,
 }
 
 /// The largest gap of a loop over fixed pseudo-random configurations.
-pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
-    let mut worst = Gap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_variables()] };
+pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
+    let mut worst = ClosureGap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_variables()] };
     for q in configurations(robot.n_variables(), TESTED_CONFIGURATIONS) {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
-        // The values of a description may overflow f64; a loop with such a gap is not closed either.
+        // The values of a description may overflow f64; then the gap is infinite.
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         let (position, orientation) = distance(&cut, &twin);
         let (position, orientation) = (known(position), known(orientation));
         if position.max(orientation) > worst.position.max(worst.orientation) {
-            worst = Gap { position, orientation, q };
+            worst = ClosureGap { position, orientation, q };
         }
     }
     worst
 }
 
-/// The first loop without passive coordinates that does not close, and by how much.
+/// Fails with the first loop without passive coordinates that does not close, and a message with its gap.
 pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
         let gap = largest_gap(robot, one);
@@ -74,13 +74,13 @@ pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     ((x * x + y * y + z * z).sqrt(), sine.atan2(cosine))
 }
 
-/// The same `count` points of [-pi, pi]^n at every call.
+/// `count` pseudo-random points of [-pi, pi]^n, equal at every call.
 pub(crate) fn configurations(n: usize, count: usize) -> impl Iterator<Item = Vec<f64>> {
     let mut state: u64 = 0x1995_0521_0411_0018;
     (0..count).map(move |_| (0..n).map(|_| std::f64::consts::PI * (2.0 * uniform(&mut state) - 1.0)).collect())
 }
 
-/// One number of [0, 1): splitmix64.
+/// One pseudo-random number of [0, 1): splitmix64.
 fn uniform(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;

@@ -1,18 +1,18 @@
-//! The collision geometry of a link, as its file describes it.
+//! The collision geometry of a link, from its file.
 //!
-//! A shape stands in the frame of the link that carries it, which is not the frame of the file. Not here: the files of
-//! meshes, and distances between shapes.
+//! The pose of a shape is in the frame of the link that carries it, which is not the frame of the file. Mesh files are not
+//! read here, and distances between shapes are not computed here.
 
 use crate::inertial::Pose;
 
 /// One shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
-    /// The link of the file that it belongs to: several may be fixed to one that moves.
+    /// The link of the file to which it belongs: several links of the file may be fixed to one moving link.
     pub link: String,
-    /// Its own frame in the link frame.
+    /// The pose of the shape's frame in the link frame.
     pub pose: Pose,
-    /// What it is, about its own frame.
+    /// The shape, in its own frame.
     pub shape: CollisionShape,
 }
 
@@ -26,33 +26,33 @@ pub enum CollisionShape {
     },
     /// A cylinder along z, its middle at the origin.
     Cylinder {
-        /// Of the round.
+        /// Radius of the circle.
         radius: f64,
-        /// From end to end.
+        /// Length from end to end.
         length: f64,
     },
     /// A cylinder along z with half a ball at each end, its middle at the origin.
     Capsule {
-        /// Of the round and of the balls.
+        /// Radius of the cylinder and of the balls.
         radius: f64,
-        /// Of the cylinder.
+        /// Length of the cylinder.
         length: f64,
     },
     /// A ball about the origin.
     Sphere {
-        /// Of the ball.
+        /// Radius of the ball.
         radius: f64,
     },
-    /// The vertices of a file of its own.
+    /// The vertices of a mesh file.
     Mesh {
-        /// As the description names it.
+        /// The file name in the description.
         file: String,
         /// Factors along x, y, z of the mesh.
         scale: [f64; 3],
     },
     /// A shape that could not be read.
     Unread {
-        /// Why: where it stands, what was found and what was expected.
+        /// The reason: the place, what was found and what was expected.
         reason: String,
     },
 }

@@ -1,19 +1,19 @@
-//! Inertial parameters of a link in the conventions of others: by name, with their point and axes.
+//! Inertial parameters of a link in the conventions of other programs: by name, with their point and axes.
 //!
-//! Everywhere the off-diagonal entries are those of the inertia matrix, ixy = -sum m x y. The conventions differ in the
-//! point (the origin of a frame, or the centre of mass), in the order, in how they give the centre (first moment m c,
-//! or c), and in whether the inertia is divided by the mass. There are two traps. Pinocchio's Iyy stands before its
-//! Ixz. A URDF's inertia is about the centre of mass, in the axes of its own inertial frame.
+//! In all of them the off-diagonal entries are entries of the inertia matrix, ixy = -sum m x y. The conventions differ in the
+//! point (the origin of a frame, or the centre of mass), in the order, in the form of the centre (first moment m c,
+//! or c), and in whether the inertia is divided by the mass. Two differences are easily overlooked. Pinocchio's Iyy precedes
+//! its Ixz. A URDF's inertia is about the centre of mass, in the axes of its own inertial frame.
 //!
 //! ```text
 //! I_O = I_C + m (c . c E - c c^T)
 //! ```
-//! The conversions are linear but for m in the denominator: conventions about the centre of mass
-//! need m != 0. The frame is the caller's: Khalil's link frame, or [`crate::Link::file_frame`].
+//! The conversions are linear except for m in the denominator: conventions about the centre of mass
+//! need m != 0. The caller chooses the frame: Khalil's link frame, or [`crate::Link::file_frame`].
 
 use crate::inertial::{Part, Pose, transform_inertial};
 
-/// Whose names and order.
+/// The program or format that defines names and order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
     /// XX XY XZ YY YZ ZZ MX MY MZ M
@@ -43,9 +43,9 @@ pub enum About {
     Centre,
 }
 
-/// What an entry is, by its place in XX XY XZ YY YZ ZZ MX MY MZ M.
+/// The meaning of an entry, with its index within XX .. ZZ or within MX MY MZ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Entry {
+enum BodyEntry {
     Inertia(usize),
     UnitInertia(usize),
     FirstMoment(usize),
@@ -53,16 +53,16 @@ enum Entry {
     Mass,
 }
 
-type Row = (&'static str, Entry);
+type ConventionRow = (&'static str, BodyEntry);
 
 /// Ten parameters of one link, each with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedParameters {
-    /// Whose names and order these are.
+    /// The convention of the names and their order.
     pub convention: Convention,
     /// The point the inertia is about.
     pub about: About,
-    /// In the order of the convention.
+    /// Names and values in the order of the convention.
     pub values: [(&'static str, f64); 10],
 }
 
@@ -100,8 +100,8 @@ impl Convention {
         self.rows().map(|r| r.0)
     }
 
-    fn rows(self) -> [Row; 10] {
-        use Entry::{Centre as C, FirstMoment as H, Inertia as I, Mass, UnitInertia as G};
+    fn rows(self) -> [ConventionRow; 10] {
+        use BodyEntry::{Centre as C, FirstMoment as H, Inertia as I, Mass, UnitInertia as G};
         let (names, entries) = match self {
             Convention::Symoro => (
                 ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M"],
@@ -150,12 +150,12 @@ impl Convention {
         std::array::from_fn(|i| (names[i], entries[i]))
     }
 
-    /// From XX .. M about the origin of a frame, in that frame; `None` where the convention divides
-    /// by a mass that is zero.
+    /// The parameters in this convention from XX .. M about the origin of a frame, in its axes. `None` where the convention
+    /// divides by a mass that is zero.
     pub fn write(self, x: &[f64; 10]) -> Option<NamedParameters> {
         let m = x[9];
         let rows = self.rows();
-        let divides = rows.iter().any(|r| matches!(r.1, Entry::Centre(_) | Entry::UnitInertia(_)));
+        let divides = rows.iter().any(|r| matches!(r.1, BodyEntry::Centre(_) | BodyEntry::UnitInertia(_)));
         if divides && m == 0.0 {
             return None;
         }
@@ -168,38 +168,38 @@ impl Convention {
                 about_centre
             }
         };
-        let value = |entry: Entry| match entry {
-            Entry::Inertia(k) => inertia[k],
-            Entry::UnitInertia(k) => inertia[k] / m,
-            Entry::FirstMoment(k) => x[6 + k],
-            Entry::Centre(k) => x[6 + k] / m,
-            Entry::Mass => m,
+        let value = |entry: BodyEntry| match entry {
+            BodyEntry::Inertia(k) => inertia[k],
+            BodyEntry::UnitInertia(k) => inertia[k] / m,
+            BodyEntry::FirstMoment(k) => x[6 + k],
+            BodyEntry::Centre(k) => x[6 + k] / m,
+            BodyEntry::Mass => m,
         };
         Some(NamedParameters { convention: self, about: self.about(), values: rows.map(|(n, e)| (n, value(e))) })
     }
 
-    /// Back to XX .. M about the origin of the frame, from values found by their names; the error
-    /// is the name that is missing.
+    /// XX .. M about the origin of the frame, from the values of this convention by name. Fails with the name that has no
+    /// value.
     pub fn read(self, value: impl Fn(&str) -> Option<f64>) -> Result<[f64; 10], &'static str> {
         let rows = self.rows();
         let mut found = [0.0; 10];
         for (found, (name, _)) in found.iter_mut().zip(rows) {
             *found = value(name).ok_or(name)?;
         }
-        let m = rows.iter().zip(found).find(|(r, _)| r.1 == Entry::Mass).map_or(0.0, |(_, m)| m);
+        let m = rows.iter().zip(found).find(|(r, _)| r.1 == BodyEntry::Mass).map_or(0.0, |(_, m)| m);
         let mut x = [0.0; 10];
         x[9] = m;
         let mut centre = [0.0; 3];
         for ((_, entry), v) in rows.into_iter().zip(found) {
             match entry {
-                Entry::Inertia(k) => x[k] = v,
-                Entry::UnitInertia(k) => x[k] = v * m,
-                Entry::FirstMoment(k) => x[6 + k] = v,
-                Entry::Centre(k) => {
+                BodyEntry::Inertia(k) => x[k] = v,
+                BodyEntry::UnitInertia(k) => x[k] = v * m,
+                BodyEntry::FirstMoment(k) => x[6 + k] = v,
+                BodyEntry::Centre(k) => {
                     x[6 + k] = v * m;
                     centre[k] = v;
                 }
-                Entry::Mass => {}
+                BodyEntry::Mass => {}
             }
         }
         if self.about() == About::Centre {
@@ -216,7 +216,7 @@ mod tests {
 
     const X: [f64; 10] = [0.31, -0.02, 0.05, 0.42, 0.03, 0.27, 0.4, -0.3, 0.9, 2.5];
 
-    /// Round trips to 1e-14, and the parameters, so every torque, unchanged.
+    /// Writing and reading gives the parameters, and so every torque, to 1e-14.
     #[test]
     fn there_and_back() {
         for convention in Convention::ALL {

@@ -1,15 +1,15 @@
-//! The error of a description: what is wrong, and where.
+//! The error of a description: a message and its place.
 
 use std::fmt;
 
 /// A place in a file; line and column count from 1, zero where unknown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
-    /// As the caller named it.
+    /// The file name that the caller gave.
     pub file: String,
-    /// From 1; 0 where the error is of the whole file.
+    /// Line, from 1; 0 where the error concerns the whole file.
     pub line: usize,
-    /// From 1; 0 where unknown.
+    /// Column, from 1; 0 where unknown.
     pub column: usize,
 }
 

@@ -1,32 +1,32 @@
-//! What looks wrong in a description, and the kinds of it.
+//! Suspicious values of a description, and their kinds.
 
-/// One suspicion about one link.
+/// One suspicious value of one link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// Name of the link, or of the part of it.
     pub link: String,
-    /// What looks wrong.
+    /// The kind of mistake.
     pub mistake: Mistake,
     /// The evidence, with numbers.
     pub text: String,
 }
 
-/// The classic mistakes.
+/// The usual mistakes in descriptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
     /// The mass is below zero.
     NegativeMass,
-    /// There is an inertia, but no mass that could have it.
+    /// There is an inertia, but no mass.
     InertiaWithoutMass,
     /// A principal moment is negative.
     NotPositive,
     /// A principal moment is larger than the sum of the two others.
     TriangleInequality,
-    /// Exchanging Ixz and Iyz would make it possible.
+    /// The inertia would be physical with Ixz and Iyz exchanged.
     SwappedProducts,
-    /// Pinocchio's order read as another.
+    /// Values in Pinocchio's order were read in another order.
     SwappedOrder,
-    /// About the centre of mass where the origin is meant, or the other way round.
+    /// The inertia is about the centre of mass where the origin is meant, or about the origin where the centre is meant.
     WrongPoint,
     /// The inertial frame is turned, and a program that ignores rpy reads another inertia.
     TurnedInertialFrame,
@@ -36,18 +36,18 @@ pub enum Mistake {
     ShapeWithoutMass,
     /// There is a mass, but no inertia.
     MassWithoutInertia,
-    /// What an exporter writes where it knows nothing.
+    /// A default value that an exporter writes for an unknown one.
     Placeholder,
-    /// Most links have one inertial.
+    /// Most links have equal inertial parameters.
     Copied,
     /// The mass does not fit the collision shapes.
     Density,
     /// The centre of mass lies far outside the collision shapes.
     CentreOutside,
-    /// Limits that are none, of zero, or in degrees.
+    /// Limits without effect, of zero, or in degrees.
     Limits,
     /// Orientations of more than a turn.
     Degrees,
-    /// Other readers take the text otherwise, or refuse it.
+    /// Other readers interpret the text differently, or refuse it.
     OtherReaders,
 }

@@ -1,19 +1,19 @@
-//! A robot whose base floats: six joints of no mass between the ground and the base.
+//! A robot with a floating base: six massless joints between the ground and the base.
 //!
 //! Three prismatic joints along x, y, z of the ground and three revolute ones, yaw, pitch, roll
 //! (Rz(yaw) Ry(pitch) Rx(roll)), carry the base, which is a link with its own ten parameters. The
-//! rates are those of these coordinates, not the twist of the base; at a pitch of +-pi/2 yaw and roll
+//! rates are the rates of these coordinates, not the twist of the base. At a pitch of +-pi/2 yaw and roll
 //! turn about one axis and the configuration is singular.
 
 use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
-/// Coordinates of the base, before those of the robot.
+/// The coordinates of the base, which precede the coordinates of the robot.
 const BASE_COORDINATE_NAMES: [&str; 6] = ["base_x", "base_y", "base_z", "base_yaw", "base_pitch", "base_roll"];
 
 impl Robot {
-    /// This robot with its base afloat: six coordinates more, in front, and the base a link.
+    /// This robot with a floating base: six more coordinates in front, and the base as a link.
     pub fn floating(&self) -> Robot {
         let mut robot = self.clone();
         let mut links = root_links();
@@ -43,13 +43,13 @@ impl Robot {
     }
 }
 
-/// The links from the ground to the base: six that a joint moves, and the base in its own axes.
+/// The links from the ground to the base: six moving links, and the base in its own axes.
 fn root_links() -> Vec<Link> {
     use JointKind::{Fixed, Prismatic, Revolute};
     let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
     let minus = |v: Value| Value::Neg(Box::new(v));
     let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
-    // z of each frame along the axis: x, y, z of the ground, then z, y, x of the base so far.
+    // z of each frame along the joint axis: x, y, z of the ground, then z, y, x after the rotations before.
     let forward = || turned(half_pi(), half_pi(), Value::ZERO);
     let root = [
         (forward(), Prismatic),

@@ -1,4 +1,4 @@
-//! The ten inertial parameters under a change of frame, and the parts a file lumps into a link.
+//! The ten inertial parameters under a change of frame, and the rigid parts of a link.
 //!
 //! For a body seen from frame b (inertia I_b about the origin of b, first moment h_b, mass m) and
 //! the placement (R_ab, p_ab) of b in a, with h = R_ab h_b:
@@ -38,14 +38,14 @@ impl Pose {
     }
 }
 
-/// A rigid part of a link, as its file describes it.
+/// A rigid part of a link, from its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// The part's name in the file (a URDF link).
     pub name: String,
-    /// Its inertial frame (origin at the centre of mass) in the link frame.
+    /// The pose of its inertial frame (origin at the centre of mass) in the link frame.
     pub pose: Pose,
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Inertia about the centre of mass, in the inertial frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
@@ -60,8 +60,8 @@ impl Part {
         transform_inertial(&x, &self.pose)
     }
 
-    /// The part with the ten `parameters` about the origin of the link frame, its inertial frame
-    /// turned as `rotation` in the link frame; `None` without a mass, when no centre exists.
+    /// The part with the ten `parameters` about the origin of the link frame, where `rotation` is the orientation of its
+    /// inertial frame in the link frame. `None` without a mass, when no centre exists.
     pub(crate) fn from_parameters(name: String, parameters: &[f64; 10], rotation: Matrix3) -> Option<Part> {
         let mass = parameters[9];
         if mass == 0.0 {
@@ -75,7 +75,7 @@ impl Part {
     }
 }
 
-/// XX .. M about and in frame a of the body whose XX .. M about and in frame b are `x`; `pose` is
+/// XX .. M of a body about and in frame a, from its XX .. M `x` about and in frame b; `pose` is
 /// the placement of b in a.
 pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *x;
@@ -121,7 +121,7 @@ mod tests {
     fn close(a: &[f64], b: &[f64]) {
         let scale = b.iter().fold(0.0f64, |s, x| s.max(x.abs()));
         for (a, b) in a.iter().zip(b) {
-            // Rounding of some thirty operations.
+            // Rounding of about thirty operations.
             assert!((a - b).abs() <= 1e-14 * scale, "{a} {b}");
         }
     }
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn point_masses_give_their_sums() {
-        // sum m, sum m r, sum m (r.r E - r r^T), taken on both sides of the change of frame.
+        // sum m, sum m r, sum m (r.r E - r r^T), in both frames.
         let masses = [(1.5, [0.1, 0.2, -0.3]), (0.4, [-0.5, 0.1, 0.7]), (2.0, [0.3, -0.6, 0.2])];
         let sums = |place: &dyn Fn(Vector3) -> Vector3| {
             let mut x = [0.0; 10];

@@ -30,7 +30,7 @@ impl ModifiedDh {
     }
 }
 
-/// Sine and cosine of an angle, exact 0 and +-1 where it is a multiple of pi/2 by its form.
+/// Sine and cosine of an angle, rad; exactly 0 and +-1 where its expression is a multiple of pi/2.
 pub fn sin_cos(angle: &Value, symbols: &[Symbol]) -> (f64, f64) {
     if let Some((n, d)) = angle.as_multiple_of_pi(symbols)
         && 2 % d == 0
@@ -65,7 +65,7 @@ impl Robot {
     }
 }
 
-/// A joint variable as the angle and the length it adds.
+/// A joint variable as the angle, rad, and the length, m, that it adds to theta and r.
 fn split(kind: JointKind, variable: f64) -> (f64, f64) {
     match kind {
         JointKind::Revolute => (variable, 0.0),

@@ -1,7 +1,7 @@
-//! The description of a robot, and the files that hold it.
+//! The description of a robot, and its file formats.
 //!
-//! A [`Robot`] is a tree of links in Khalil-Kleinfinger frames, cut where it closes on itself.
-//! Every file format ends in the same `Robot`; algorithms read it and never change it.
+//! A [`Robot`] is a tree of links in Khalil-Kleinfinger frames, with a cut in each loop.
+//! Every file format is converted to a `Robot`; algorithms do not change it.
 //!
 //! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
 
@@ -17,8 +17,8 @@ mod error;
 mod finding;
 mod floating;
 pub mod format;
-mod habits;
 mod inertial;
+mod inertial_conventions;
 pub mod kinematics;
 mod linear_angle;
 pub mod lint;
@@ -36,8 +36,8 @@ pub mod xml_bounds;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};
-pub use habits::DEGREES_LIMIT_RAD;
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
+pub use inertial_conventions::DEGREES_LIMIT_RAD;
 pub use parameter::{Inertial, StandardParameter};
 pub use robot::{
     Coordinate, Drive, Format, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,

@@ -1,4 +1,4 @@
-//! Angles added up exactly: symbols cancel symbols, multiples of pi/12 add to one.
+//! Exact sums of angles: equal symbols cancel, multiples of pi/12 are added to one multiple.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use crate::angle_snap::computed_angle;
 use crate::value::{Symbol, SymbolId, Value};
 
-/// An angle as an integer combination of symbols, a multiple of pi/12, and what is neither.
+/// An angle as an integer combination of symbols, a multiple of pi/12, and other terms with integer factors.
 #[derive(Default)]
 pub(crate) struct LinearAngle {
     symbols: BTreeMap<SymbolId, i64>,
@@ -62,7 +62,7 @@ impl LinearAngle {
     }
 }
 
-/// The angle of (-pi, pi] with the same sine and cosine.
+/// The equivalent angle in (-pi, pi], rad.
 pub(crate) fn wrapped(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }

@@ -1,31 +1,31 @@
-//! Finds classic mistakes in a description's inertial parameters: values that no body can have.
+//! Finds usual mistakes in the inertial parameters of a description: values that no body can have.
 //!
 //! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia S = (tr(I_C)/2) E - I_C must be
 //! positive definite [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the slacks of the triangle inequalities of
 //! the principal moments. Where it is not positive definite, the mistakes that would explain it are tried: exchanged
-//! entries, an inertia about the other point. A mistake that still gives a possible body cannot be found.
+//! entries, an inertia about the other point. A mistake that results in a possible body cannot be found.
 //!
-//! Not here: whether the figures are those of the robot; that is identification's.
+//! Whether the values are the true ones of the robot is the subject of identification, and not checked here.
 
-use crate::habits::habits;
 use crate::inertial::{Part, Pose, transform_inertial};
+use crate::inertial_conventions::inertial_conventions;
 use crate::principal::principal_axes;
 use crate::robot::{Link, Robot};
 
 pub use crate::finding::{Finding, Mistake};
 
-/// Smallest eigenvalue of S allowed below zero, relative to the trace of I. It covers the rounded digits of a file.
+/// Largest magnitude of a negative eigenvalue of S that is allowed, relative to the trace of I: rounded digits of a file.
 const EIGENVALUE_SLACK: f64 = 1e-4;
-/// Mass beyond which grams are likelier, kg.
+/// Mass above which the unit is probably g, kg.
 const LARGE_MASS_KG: f64 = 3000.0;
-/// Distance of a centre of mass beyond which millimetres are likelier, m.
+/// Distance of a centre of mass above which the unit is probably mm, m.
 const FAR_CENTRE_M: f64 = 10.0;
-/// Radius of gyration above which the unit is likely another, m.
+/// Radius of gyration above which the unit is probably another, m.
 const LARGE_RADIUS_M: f64 = 10.0;
-/// Radius of gyration below which the unit is likely another, m.
+/// Radius of gyration below which the unit is probably another, m.
 const SMALL_RADIUS_M: f64 = 1e-4;
 
-/// The findings, link by link.
+/// The findings about a robot, link by link.
 pub fn lint(robot: &Robot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for part in &robot.base.parts {
@@ -43,12 +43,12 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
             turned_frame(link, part, &mut findings);
         }
     }
-    habits(robot, &mut findings);
+    inertial_conventions(robot, &mut findings);
     findings.extend(robot.oddities.iter().cloned());
     findings
 }
 
-/// A link given about the origin of its frame.
+/// Checks a link whose parameters are given about the origin of its frame.
 fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: name.into(), mistake, text });
     let Some(part) = Part::from_parameters(name.into(), x, Pose::IDENTITY.rotation) else {
@@ -77,7 +77,8 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     }
 }
 
-/// A part given about its centre of mass; `file_frame`: the frame that its file means, in the link's, where it is its `own`.
+/// Checks a part given about its centre of mass. `file_frame`: the pose of the file's link frame in the link frame; `own`:
+/// whether this is the frame of the part itself.
 fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
     if part.mass < 0.0 {
@@ -96,8 +97,8 @@ fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Fi
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
-    // Tests a shift from the origin to the centre of mass made once too often, by adding back what it took off.
-    // From the origin that the file means, in the axes of the inertia.
+    // Was the inertia shifted from the origin to the centre of mass once too often? The shift m (c.c E - c c^T) is added
+    // back, with c from the origin of the file's frame, in the axes of the inertia.
     let c = in_file.inverse().position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
@@ -117,7 +118,7 @@ fn with_inertia(x: &[f64; 10], six: [f64; 6]) -> [f64; 10] {
     changed
 }
 
-/// Finds exchanges of entries after which the body would be possible.
+/// Finds exchanges of two entries for which the body would be possible.
 fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl FnMut(Mistake, String)) {
     let exchanged = |i: usize, j: usize| {
         let mut six = [0.0; 6];
@@ -139,7 +140,7 @@ fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl 
     }
 }
 
-/// So many significant digits, without an exponent.
+/// A number rounded to `digits` significant digits.
 fn shown(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits - 1).parse().unwrap_or(x)
 }
@@ -177,11 +178,11 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
-/// A turn that changes no entry by more than this part of the largest principal moment counts as a rounded angle,
-/// because files give six digits.
+/// A rotation of the inertial frame that changes no entry by more than this fraction of the largest principal moment counts
+/// as rounding of an angle, because files give six digits.
 const ROUNDED_TURN_SHARE: f64 = 1e-6;
 
-/// Finds an inertial frame that is turned against its link in a way that changes the inertia.
+/// Finds an inertial frame whose orientation in its link changes the inertia.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
         return;

@@ -1,6 +1,6 @@
-//! A robot of which some joints stand still: a gripper that a log does not have, a brake that is closed.
+//! A robot with locked joints: a gripper that a log does not have, a brake that is closed.
 //!
-//! The coordinate goes, and each joint and loop that it moved keeps the angle or length that its value gives. The links
+//! The coordinate is removed, and each joint and loop that it moved has the constant angle or length of its value. The links
 //! behind it stay, with their parameters.
 
 use gate::suggestion::did_you_mean;
@@ -10,9 +10,9 @@ use crate::robot::{Drive, JointKind, ModifiedDh, Robot, RotorInertia};
 use crate::value::{Affine, Value};
 
 impl Robot {
-    /// This robot with the coordinate `name` at `position`, rad (m), for good.
+    /// This robot with the coordinate `name` locked at `position`, rad (m).
     ///
-    /// Fails where there is no such coordinate, or no other, and where a loop needs it to move.
+    /// Fails where there is no such coordinate or no other one, and where a loop is solved numerically.
     pub fn locked(&self, name: &str, position: f64) -> Result<Robot, String> {
         let names = || self.coordinates.iter().map(|coordinate| coordinate.name.as_str());
         let Some(k) = names().position(|own| own == name) else {
@@ -46,7 +46,7 @@ impl Robot {
     }
 }
 
-/// Puts the part of coordinate k into the geometry, and numbers the others anew.
+/// Adds the contribution of coordinate k to the geometry, and renumbers the other coordinates.
 fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: usize, position: f64) {
     let part: f64 = variable.terms.iter().filter(|term| term.0.0 == k).map(|term| term.1 * position).sum();
     variable.terms.retain(|term| term.0.0 != k);
@@ -55,7 +55,7 @@ fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: us
         return;
     }
     let shifted = |value: &Value, exact: fn(f64) -> Value| match value {
-        // A value that names symbols keeps them.
+        // A value with symbols keeps them.
         Value::Number(x) => exact(x + part),
         value => Value::Add(Box::new(value.clone()), Box::new(Value::Number(part))),
     };
@@ -71,7 +71,7 @@ mod tests {
     use crate::Drive;
     use crate::format::{read_urdf, read_yaml};
 
-    /// Where the joint stands, all links stand as those of the whole robot; what follows it stands still too.
+    /// All links have the poses of the whole robot with the joint at this position; a joint that follows it is fixed too.
     #[test]
     fn a_locked_robot_is_the_robot_at_that_position() {
         let text = "convention: khalil-kleinfinger\nname: arm\nsymbols: {A: 0.2}\nlinks:\n\

@@ -1,19 +1,19 @@
 //! The vertices and triangles of a mesh file: STL, binary and text, and OBJ.
 //!
-//! Normals, textures and names are not read. A face of an OBJ with more corners than three is cut into a fan.
+//! Normals, textures and names are not read. A face of an OBJ with more than three corners is divided into a fan.
 //!
-//! The vertices of other formats are read by what other packages register.
+//! The vertices of other formats are read by functions that other packages register.
 //!
-//! Not here: where a file is looked for.
+//! The search for a file is elsewhere.
 
 use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::vector::Vector3;
 
-/// The vertices of a file, as often as they stand there; `path` tells the format and stands in messages.
+/// The vertices of a file, with repetitions; `path` determines the format and is in messages.
 ///
-/// Fails where the file does not have its format.
+/// Fails where the content does not have this format.
 pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let read = match format(path)? {
         Format::Stl => stl(bytes),
@@ -23,7 +23,9 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     read.map_err(|what| format!("{}: {what}", path.display()))
 }
 
-/// The triangles of a file; as [`vertices`]. Of a format that is registered none are read: no description that asks for them has one.
+/// The triangles of a file; `path` determines the format and is in messages.
+///
+/// Fails where the content does not have this format, and for registered formats, which have only vertices.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     if let (Format::Stl, Some(body)) = (format(path)?, binary(bytes)) {
         return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).map(triangle).collect());
@@ -50,20 +52,20 @@ pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
 /// A format of meshes that another package reads.
 #[derive(Clone, Copy)]
 pub struct MeshFormat {
-    /// How the names of its files end, in small letters.
+    /// The extension of its files, in lower case.
     pub extension: &'static str,
-    /// What reads it, or what is said where nothing does.
+    /// The function that reads it, or the message where there is none.
     pub vertices: Result<ReadVertices, &'static str>,
 }
 
 static FORMATS: OnceLock<Vec<MeshFormat>> = OnceLock::new();
 
-/// Adds formats; only the first call counts.
+/// Adds formats; only the first call has an effect.
 pub fn register(formats: Vec<MeshFormat>) {
     FORMATS.get_or_init(|| formats);
 }
 
-/// Fails where the extension is of no format that is read.
+/// Fails where the extension belongs to no format that is read.
 pub fn check_format(path: &Path) -> Result<(), String> {
     format(path).map(|_| ())
 }
@@ -89,7 +91,7 @@ fn format(path: &Path) -> Result<Format, String> {
     }
 }
 
-/// The triangles of the faces of an OBJ: corners by number from 1, or from the last vertex so far back (-1).
+/// The triangles of the faces of an OBJ: corners by index from 1, or backwards from the last vertex before (-1).
 fn faces(bytes: &[u8], corners: &[Vector3]) -> Result<Vec<[Vector3; 3]>, String> {
     let mut found = Vec::new();
     let mut so_far = 0;
@@ -116,25 +118,26 @@ fn faces(bytes: &[u8], corners: &[Vector3]) -> Result<Vec<[Vector3; 3]>, String>
     Ok(found)
 }
 
-/// Bytes before the triangles: 80 of words, and their number.
+/// Bytes before the triangles: a header of 80 bytes, and the number of triangles.
 const STL_HEADER_BYTES: usize = 84;
 /// Bytes of a triangle: its normal, three vertices and two bytes.
 const STL_TRIANGLE_BYTES: usize = 50;
 
-/// The triangles of a binary STL, one behind the other. Its head may begin with `solid` too, so the length decides.
+/// The bytes of the triangles of a binary STL; `None` where the length does not fit. The header of a binary STL may also
+/// begin with `solid`, so the length decides.
 fn binary(bytes: &[u8]) -> Option<&[u8]> {
     let body = bytes.get(STL_HEADER_BYTES..)?;
     let is_whole = body.len().is_multiple_of(STL_TRIANGLE_BYTES);
     (is_whole && body.len() / STL_TRIANGLE_BYTES == promised(bytes)).then_some(body)
 }
 
-/// The triangles that the head of a binary STL promises.
+/// The number of triangles in the header of a binary STL.
 fn promised(bytes: &[u8]) -> usize {
     let word = bytes.get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES);
     word.and_then(|b| <[u8; 4]>::try_from(b).ok()).map_or(0, |b| u32::from_le_bytes(b) as usize)
 }
 
-/// The corners of a triangle, behind its normal.
+/// The corners of a triangle of a binary STL, which come after its normal.
 fn triangle(bytes: &[u8]) -> [Vector3; 3] {
     let (words, _) = bytes.as_chunks::<4>();
     let mut corners = [[f64::NAN; 3]; 3];
@@ -156,7 +159,7 @@ fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"))
 }
 
-/// The vertices of a text: the three numbers behind `word` on each line that begins with it.
+/// The vertices of a text: the three numbers behind `word` on each line that begins with this word.
 fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
     let mut found = Vec::new();
     for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {

@@ -36,13 +36,13 @@ pub enum Inertial {
 }
 
 impl Inertial {
-    /// The ten of the body, without the rotor.
+    /// The ten parameters of the body, without the rotor inertia.
     pub const BODY: [Inertial; 10] = {
         use Inertial::*;
         [Xx, Xy, Xz, Yy, Yz, Zz, Mx, My, Mz, M]
     };
 
-    /// As SYMORO writes it: `XX`, `MX`, `IA`.
+    /// The name in SYMORO: `XX`, `MX`, `IA`.
     pub fn letters(self) -> &'static str {
         use Inertial::*;
         match self {
@@ -60,7 +60,7 @@ impl Inertial {
         }
     }
 
-    /// Whether it is MX, MY or MZ: what gravity acts on besides the mass.
+    /// Whether it is a first moment: MX, MY or MZ.
     pub fn is_first_moment(self) -> bool {
         matches!(self, Inertial::Mx | Inertial::My | Inertial::Mz)
     }
@@ -71,12 +71,12 @@ impl Inertial {
 pub struct StandardParameter {
     /// The link, or the link behind the joint for a rotor.
     pub link: LinkId,
-    /// Which of its eleven.
+    /// The parameter, one of eleven.
     pub inertial: Inertial,
 }
 
 impl StandardParameter {
-    /// All of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
+    /// All standard parameters of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
     pub fn all(robot: &Robot) -> Vec<StandardParameter> {
         let of_link = |(j, link): (usize, &Link)| {
             let rotor = link.joint.rotor_inertia.is_modelled().then_some(Inertial::Ia);
@@ -86,7 +86,7 @@ impl StandardParameter {
         robot.links.iter().enumerate().skip(robot.massless).flat_map(of_link).collect()
     }
 
-    /// Its value, where the description gives it.
+    /// The nominal value; `None` where the description gives none.
     pub fn value(self, robot: &Robot) -> Option<f64> {
         let link = robot.link(self.link);
         match (Inertial::BODY.iter().position(|i| *i == self.inertial), link.joint.rotor_inertia) {

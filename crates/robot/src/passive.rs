@@ -1,19 +1,19 @@
 //! The passive joints of closed loops as affine functions of the coordinates, where they are affine.
 //!
 //! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation. Its polygon may give more. With
-//! what other loops have settled already, some sides keep their angle to each other. Each group of such sides is added
-//! up to one vector. Equations follow where this leaves
+//! the relations of other loops found before, some sides have a constant angle to each other. Each group of such sides is
+//! added up to one vector. Equations follow if the result is
 //!
 //! - two vectors: they are opposite;
-//! - four vectors, of equal lengths across, whose assembly next to the start is a parallelogram: v_1 = -v_3 and
-//!   v_2 = -v_4. The crossed four-bar of the same sides is the other one ([`crate::assembly`]). The lengths are equal at
-//!   every value of the symbols; where they agree only at the values of the file, the loop is a four-bar like any other.
+//! - four vectors with equal opposite lengths, whose assembly next to the start is a parallelogram: v_1 = -v_3 and
+//!   v_2 = -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal
+//!   at every value of the symbols; where they are equal only at the values of the file, the loop is a general four-bar.
 //!
-//! The pass over the loops is repeated as long as one of them settles something, since parallelograms that share links
-//! settle one after the other. The constants of the relations are exact: how they change with each symbol shows them to
-//! be integer combinations of symbols and a multiple of pi/12. A joint that is not settled stays a passive coordinate.
+//! The pass over the loops is repeated as long as one of them gives a new relation, since parallelograms with common links
+//! are resolved one after the other. The constants of the relations are exact: their changes with each symbol show that they
+//! are integer combinations of symbols and a multiple of pi/12. A joint without a relation stays a passive coordinate.
 //!
-//! Not here: general and crossed four-bars, slider-cranks and spatial loops, which no affine relation describes.
+//! General and crossed four-bars, slider-cranks and spatial loops are excluded, since no affine relation describes them.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -26,9 +26,9 @@ use crate::relation::{Linear, Relation, apply, reduced};
 use crate::robot::{Note, Robot};
 use crate::value::{SymbolId, Value};
 
-/// Settles what it can of [`Robot::passive`]: variables become affine, their constants go into the
-/// geometry, and each relation found is noted. Fails when a loop cannot close, or ties coordinates
-/// together.
+/// Resolves the passive coordinates of [`Robot::passive`] with affine relations: their joints follow the coordinates, the
+/// constants are added to the geometry, and each relation gets a note. Fails when a loop cannot close, or relates
+/// coordinates to each other.
 pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     if robot.passive.is_empty() {
         return Ok(());
@@ -41,17 +41,17 @@ pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     Ok(())
 }
 
-/// How an equation came about, so that it can be formed again at other values of the symbols.
+/// The origin of an equation, to form it again at other values of the symbols.
 #[derive(Clone, Debug)]
-enum Step {
+enum EquationOrigin {
     /// The orientation of a loop.
     Turn(usize),
-    /// The sums of some sides of a loop and of some others are opposite.
+    /// The sums of two groups of sides of a loop are opposite.
     Opposite(usize, Vec<usize>, Vec<usize>),
 }
 
-/// The relations of all loops; `steps` tells how they came about, `notes` which linkage a loop was taken for.
-fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
+/// The relations of all loops. Adds the origins of their equations to `steps`, and the assumed linkages to `notes`.
+fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
     let symbols = &robot.symbols;
     let mut relations: Vec<Relation> = Vec::new();
     // Each loop that passive coordinates close, as a polygon where it is planar.
@@ -61,8 +61,9 @@ fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result
         let planar = if robot.is_implicit(one) { polygon(robot, symbols, one).map_err(named)? } else { None };
         polygons.push(planar);
     }
-    // First the orientation of each loop, then groups of sides as they keep their angles.
-    let mut tried: Vec<Step> = (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(Step::Turn).collect();
+    // First the orientation of each loop, then groups of sides with constant angles.
+    let mut tried: Vec<EquationOrigin> =
+        (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(EquationOrigin::Turn).collect();
     let mut first = true;
     loop {
         let mut news = false;
@@ -77,7 +78,7 @@ fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result
             return Ok(relations);
         }
         first = false;
-        // With what is settled by now, other sides keep their angle: look at every loop again.
+        // With the new relations, other sides may have constant angles: check every loop again.
         for (l, polygon) in polygons.iter().enumerate() {
             if let Some(polygon) = polygon {
                 tried.extend(opposite(robot, l, polygon, &relations, steps, notes)?);
@@ -89,16 +90,16 @@ fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result
     }
 }
 
-/// Which sums of sides must be opposite, given the relations so far.
+/// The pairs of groups of sides of a loop whose sums must be opposite, given the relations so far.
 fn opposite(
     robot: &Robot,
     l: usize,
     polygon: &Polygon,
     relations: &[Relation],
-    steps: &[Step],
+    steps: &[EquationOrigin],
     notes: &mut Vec<Note>,
-) -> Result<Vec<Step>, String> {
-    // Sides that keep their angle to each other: their coefficients, their sum, their indices.
+) -> Result<Vec<EquationOrigin>, String> {
+    // Groups of sides with constant angles to each other: their coefficients, their sum, their indices.
     let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
     for (k, side) in polygon.sides.iter().enumerate() {
         let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
@@ -117,7 +118,7 @@ fn opposite(
     let length = |g: &(Vec<f64>, [f64; 2], Vec<usize>)| g.1[0].hypot(g.1[1]);
     groups.retain(|g| length(g) > COINCIDENCE_ROUNDING);
     let equal = |i: usize, j: usize| (length(&groups[i]) - length(&groups[j])).abs() <= COINCIDENCE_ROUNDING;
-    let step = |i: usize, j: usize| Step::Opposite(l, groups[i].2.clone(), groups[j].2.clone());
+    let step = |i: usize, j: usize| EquationOrigin::Opposite(l, groups[i].2.clone(), groups[j].2.clone());
     match groups.len() {
         1 => Err(format!("loop {} cannot close: its ends stay {:.3e} m apart", l + 1, length(&groups[0]))),
         2 if equal(0, 1) => Ok(vec![step(0, 1)]),
@@ -136,13 +137,13 @@ fn opposite(
     }
 }
 
-/// Whether four sums of sides, equal across at these values, are a parallelogram, and what to tell of it.
+/// Whether four sums of sides, with equal opposite lengths at these values, are a parallelogram; and the note about it.
 fn parallelogram(
     robot: &Robot,
     l: usize,
     polygon: &Polygon,
     relations: &[Relation],
-    steps: &[Step],
+    steps: &[EquationOrigin],
     sides: [&[usize]; 4],
 ) -> (bool, Option<String>) {
     let by_chance = lengths_by_chance(robot, l, steps, sides);
@@ -156,7 +157,7 @@ fn parallelogram(
     }
     let n = robot.n_coordinates();
     let start: Vec<f64> = vec![0.0; n].into_iter().chain(robot.passive.iter().map(|p| p.start)).collect();
-    // With the relations put in, the variables that are left are free.
+    // With the relations substituted, the remaining variables are free.
     let settled = |(turn, angle): Linear| reduced(relations, (turn, angle));
     let side = |side: &Side| {
         let (turn, angle) = settled((side.turn.clone(), 0.0));
@@ -184,13 +185,14 @@ fn parallelogram(
     }
 }
 
-/// The symbols whose values alone make opposite sums of sides equal in length; empty where they are equal at every value.
-fn lengths_by_chance(robot: &Robot, l: usize, steps: &[Step], sides: [&[usize]; 4]) -> Vec<String> {
-    /// m: moved symbols part lengths by a hundredth, rounding by 1e-15.
+/// The symbols whose change alone makes opposite sums of sides unequal in length; empty where they are equal at every value
+/// of the symbols.
+fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [&[usize]; 4]) -> Vec<String> {
+    /// Smallest difference of unequal lengths, m. Changed symbols change lengths by about 0.01 m, rounding by 1e-15 m.
     const DIFFERENT_LENGTHS_M: f64 = 1e-7;
     let free = free_symbols(robot);
     let differ = |amounts: &dyn Fn(usize) -> f64| {
-        // Where the loop is no polygon any more, the values say nothing of its sides.
+        // Where the loop is no polygon at the changed values, nothing follows about its sides.
         let Some((polygons, relations)) = again(robot, &free, steps, amounts) else { return false };
         let Some(polygon) = &polygons[l] else { return false };
         let length = |sides: &[usize]| {
@@ -211,24 +213,30 @@ fn lengths_by_chance(robot: &Robot, l: usize, steps: &[Step], sides: [&[usize]; 
     alone.map(|&s| robot.symbols[s].name.clone()).collect()
 }
 
-/// By how much a symbol moves alone, m or rad.
+/// The change of a symbol where it changes alone, m or rad.
 const SINGLE_SYMBOL_STEP: f64 = 0.0137;
+/// Mean change of a symbol where all symbols change, m or rad.
+const COMMON_STEP: f64 = 0.05;
+/// Amplitude of the differences of these changes, m or rad.
+const COMMON_STEP_VARIATION: f64 = 0.031;
+/// Phase between the changes of two consecutive symbols, rad.
+const COMMON_STEP_PHASE: f64 = 1.7;
 
-/// By how much the s-th symbol moves where all move, each by its own amount, m or rad.
+/// The change of the s-th symbol where all symbols change, each by a different amount, m or rad.
 fn together(s: usize) -> f64 {
-    0.05 + 0.031 * (s as f64 * 1.7).sin()
+    COMMON_STEP + COMMON_STEP_VARIATION * (s as f64 * COMMON_STEP_PHASE).sin()
 }
 
-/// The symbols that no other defines.
+/// The symbols that are not defined by other symbols.
 fn free_symbols(robot: &Robot) -> Vec<usize> {
     (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect()
 }
 
-/// The polygons, and the relations of the same steps, where the free symbols are moved; `None` where a step fails.
+/// The polygons and the relations of `steps` with the free symbols changed by `amounts`; `None` where a step fails.
 fn again(
     robot: &Robot,
     free: &[usize],
-    steps: &[Step],
+    steps: &[EquationOrigin],
     amounts: &dyn Fn(usize) -> f64,
 ) -> Option<(Vec<Option<Polygon>>, Vec<Relation>)> {
     let mut symbols = robot.symbols.clone();
@@ -249,12 +257,12 @@ fn again(
 }
 
 /// The equation of a step; `None` where its sides vanish.
-fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Step) -> Option<Linear> {
+fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &EquationOrigin) -> Option<Linear> {
     match step {
-        Step::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
-        Step::Opposite(l, one, other) => {
+        EquationOrigin::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
+        EquationOrigin::Opposite(l, one, other) => {
             let polygon = polygons[*l].as_ref()?;
-            // Phi of the first of the sides, and the angle of the sum where that Phi is zero.
+            // Phi of the first side, and the angle of the sum at this Phi = 0.
             let sum = |sides: &[usize]| -> Linear {
                 let lead = reduced(relations, (polygon.sides[sides[0]].turn.clone(), 0.0));
                 let mut total = [0.0; 2];
@@ -271,13 +279,19 @@ fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Step) -
     }
 }
 
-/// Adds an equation; returns false when it follows from the relations already there.
-fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, step: &Step) -> Result<bool, String> {
+/// Adds an equation to the relations. Returns false when it follows from them or determines no passive variable. Fails where
+/// it cannot hold or relates coordinates to each other.
+fn add(
+    robot: &Robot,
+    relations: &mut Vec<Relation>,
+    equation: Option<Linear>,
+    step: &EquationOrigin,
+) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is sum c x = constant, so the constant that the substitution yields changes sides.
+    // The equation is sum c x = constant, so the constant of the substitution moves to the right-hand side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
-    let (Step::Turn(l) | Step::Opposite(l, ..)) = step;
+    let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;
     let n = robot.n_coordinates();
     let Some(pivot) =
         (n..coefficients.len()).rev().find(|&k| (coefficients[k].abs() - 1.0).abs() < COINCIDENCE_ROUNDING)
@@ -317,14 +331,14 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     Ok(true)
 }
 
-/// A slope this near to an integer is one, rad/rad. Differences of angles accurate to 1e-15 over a step of 0.01 leave
-/// 1e-13. A slope that is no integer comes from lengths, and such slopes are not this close to an integer.
+/// Largest difference of an integer slope from an integer, rad/rad. Differences of angles accurate to 1e-15 over a step of
+/// 0.01 have an error of 1e-13. A slope that is no integer depends on lengths and is not this close to an integer.
 const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 
-/// The constants of the relations as values: exact, or a number that holds at these lengths.
-fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec<(Value, bool)> {
+/// The constants of the relations as values, and whether they are exact; else they are numbers that hold at these lengths.
+fn exact_constants(robot: &Robot, steps: &[EquationOrigin], relations: &[Relation]) -> Vec<(Value, bool)> {
     let free = free_symbols(robot);
-    // The constants when each free symbol moves by its own amount.
+    // The constants with each free symbol changed by its own amount.
     let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
         again(robot, &free, steps, amounts).map(|(_, relations)| relations.iter().map(|r| r.constant).collect())
     };

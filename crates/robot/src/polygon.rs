@@ -1,25 +1,25 @@
 //! A planar loop as a closed polygon.
 //!
-//! Where all the joints that move in a loop are revolute and their axes parallel, the loop lives in
-//! the plane across them. Each rigid side is a vector s_k of that plane, turned by Phi_k, the sum of
+//! Where all moving joints of a loop are revolute and their axes parallel, the loop lies in
+//! the plane normal to them. Each rigid side is a vector s_k of that plane, turned by Phi_k, the sum of
 //! the joint variables before it, signed by the direction of their axes:
 //!
 //! ```text
 //! sum_k s_k exp(i Phi_k) = 0        Phi_cut - Phi_twin = delta  (mod 2 pi)
 //! ```
-//! The Phi are linear in the variables; what is constant in an angle is in the s_k and in delta.
+//! The Phi are linear in the variables; constant angles are in the s_k and in delta.
 
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, minus, norm, product, scaled, transposed, turned};
 
-/// What rounding may leave between frames that coincide, m and rad.
+/// Largest rounding error between frames that coincide, m and rad.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// In the order of the loop: from the common link to the cut, then from the twin back.
+    /// The sides in the order of the loop: from the common link to the cut, then from the twin back.
     pub sides: Vec<Side>,
     /// Coefficients of Phi_cut - Phi_twin, one per variable of the robot.
     pub turn: Vec<f64>,
@@ -29,16 +29,16 @@ pub(crate) struct Polygon {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Side {
-    /// m, in the plane.
+    /// Vector in the plane, m.
     pub vector: [f64; 2],
     /// Coefficients of Phi.
     pub turn: Vec<f64>,
 }
 
-/// The polygon of a loop at the values of `symbols`; `None` when it is not planar, an error when
+/// The polygon of a loop at the values of `symbols`; `None` when it is not planar. Fails when
 /// it cannot close.
 pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<Option<Polygon>, String> {
-    let (cut, twin) = (Way::new(robot, &one.cut), Way::new(robot, &one.twin));
+    let (cut, twin) = (Chain::new(robot, &one.cut), Chain::new(robot, &one.twin));
     let common = cut.links.iter().zip(&twin.links).take_while(|(a, b)| a == b).count();
     let (cut, twin) = (cut.after(common, robot, symbols), twin.after(common, robot, symbols));
     let Some(first) = cut.joints.iter().chain(&twin.joints).next() else { return Ok(None) };
@@ -58,7 +58,7 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
         return Err(format!("its joints move in one plane, and the two ends lie in planes {apart:.3e} m apart"));
     }
 
-    // Any two directions across the axis.
+    // Two directions normal to the axis.
     let across = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| cross(axis, e));
     let longest = across.into_iter().max_by(|a, b| norm(*a).total_cmp(&norm(*b))).unwrap_or_default();
     let x = scaled(longest, 1.0 / norm(longest));
@@ -78,15 +78,15 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
     }))
 }
 
-/// One side of a loop, from the base to its frame.
-struct Way<'a> {
+/// One branch of a loop, from the base to its loop frame.
+struct Chain<'a> {
     links: Vec<usize>,
     frame: &'a LoopFrame,
     joints: Vec<MovingJoint>,
     end: Pose,
 }
 
-/// A joint that moves, at zero variables, in the frame where the way begins.
+/// A moving joint, at zero variables, in the frame of the first link of the branch.
 struct MovingJoint {
     axis: Vector3,
     origin: Vector3,
@@ -94,16 +94,16 @@ struct MovingJoint {
     terms: Vec<(CoordinateId, f64)>,
 }
 
-impl<'a> Way<'a> {
-    fn new(robot: &Robot, frame: &'a LoopFrame) -> Way<'a> {
+impl<'a> Chain<'a> {
+    fn new(robot: &Robot, frame: &'a LoopFrame) -> Chain<'a> {
         let mut links: Vec<usize> =
             std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).map(|j| j.0).collect();
         links.reverse();
-        Way { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
+        Chain { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
     }
 
-    /// The way without its first `common` links, in the frame of the last of them.
-    fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Way<'a> {
+    /// The branch without its first `common` links, in the frame of the last of them.
+    fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Chain<'a> {
         self.links.drain(..common);
         let mut pose = Pose::IDENTITY;
         let frame = self.frame;
@@ -122,7 +122,7 @@ impl<'a> Way<'a> {
         self
     }
 
-    /// The vectors from joint to joint with their Phi, and the Phi of the end.
+    /// The vectors from joint to joint with the coefficients of their Phi, and of the Phi of the end.
     fn sides(&self, axis: Vector3, n: usize) -> (Vec<(Vector3, Vec<f64>)>, Vec<f64>) {
         let mut sides = Vec::with_capacity(self.joints.len() + 1);
         let mut phi = vec![0.0; n];

@@ -3,12 +3,15 @@
 use crate::inertial::{Matrix3, Pose};
 use crate::vector::{product, transposed};
 
-/// Eigenvalues of the symmetric matrix xx xy xz yy yz zz, ascending, by Jacobi's rotations; the columns of the matrix are
-/// their axes.
+/// Sweeps of Jacobi's method, more than it needs to converge.
+const JACOBI_SWEEPS: usize = 30;
+
+/// Eigenvalues of the symmetric matrix xx xy xz yy yz zz, ascending, by Jacobi's rotations, and the matrix whose columns are
+/// the eigenvectors.
 pub(crate) fn principal_axes(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> ([f64; 3], Matrix3) {
     let mut a: Matrix3 = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let mut axes = Pose::IDENTITY.rotation;
-    for _ in 0..30 {
+    for _ in 0..JACOBI_SWEEPS {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a[p][q] == 0.0 {
                 continue;

@@ -1,4 +1,4 @@
-//! Linear relations between joint variables: what they make of an equation, and of the joints.
+//! Linear relations between joint variables, and their substitution into equations and joints.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::polygon::COINCIDENCE_ROUNDING;
 use crate::robot::{JointKind, ModifiedDh, Note, Robot};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
-/// x_pivot = constant - sum of the other coefficients times their variables.
+/// The relation x_pivot = constant - sum of the other coefficients times their variables.
 #[derive(Clone, Debug)]
 pub(crate) struct Relation {
     pub pivot: usize,
@@ -37,11 +37,11 @@ pub(crate) fn reduced(relations: &[Relation], (mut coefficients, mut constant): 
     (coefficients, constant)
 }
 
-/// Puts the relations into the joints, and numbers the passive coordinates that remain.
+/// Substitutes the relations into the joints, and renumbers the remaining passive coordinates.
 pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)]) {
     let n = robot.n_coordinates();
     let total = robot.n_variables();
-    // A variable that no relation gives remains passive, and the remaining ones move up.
+    // A variable without a relation remains passive; the remaining variables are renumbered.
     let remains: Vec<usize> = (n..total).filter(|k| relations.iter().all(|r| r.pivot != *k)).collect();
     let place = |k: usize| if k < n { k } else { n + remains.iter().position(|&r| r == k).unwrap_or_default() };
     let solution = |k: usize| -> (Affine, bool) {
@@ -54,7 +54,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     };
     let solutions: Vec<(Affine, bool)> = (0..total).map(solution).collect();
 
-    // What became of each passive variable, told to the user.
+    // A note to the user on each passive variable.
     let names: Vec<String> = (0..total).map(|k| robot.coordinate_name(CoordinateId(k)).to_string()).collect();
     let new_name = |k: CoordinateId| if k.0 < n { names[k.0].clone() } else { names[remains[k.0 - n]].clone() };
     for k in n..total {
@@ -68,7 +68,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
         robot.notes.push(Note { subject: names[k].clone(), text });
     }
 
-    // Joints and loop frames take their solutions.
+    // Substitute the solutions into joints and loop frames.
     let symbols = robot.symbols.clone();
     let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
         substitute(&solutions, &symbols, geometry, kind, variable);
@@ -84,8 +84,8 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     robot.passive = remains.iter().map(|&k| robot.passive[k - n].clone()).collect();
 }
 
-/// Replaces each variable in a joint's by its solution: the terms stay in the joint's variable, the
-/// constants go into theta (or r) of the geometry.
+/// Replaces each variable in a joint variable by its solution: the terms stay in the joint variable, the
+/// constants are added to theta (or r) of the geometry.
 fn substitute(
     solutions: &[(Affine, bool)],
     symbols: &[Symbol],

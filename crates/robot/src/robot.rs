@@ -9,15 +9,15 @@ use crate::value::{Affine, CoordinateId, Symbol, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub usize);
 
-/// A robot: a tree of links, each placed from one that stands before it, with loops closed by
+/// A robot: a tree of links, each placed relative to a link before it, with loops closed by
 /// pairs of cut frames.
 #[derive(Clone, Debug, Default)]
 pub struct Robot {
     /// Name in the file, or the file's own name.
     pub name: String,
-    /// Where the figures come from, in the words of the file.
+    /// The source of the values, as given in the file.
     pub source: Option<String>,
-    /// Named lengths and angles; a value names only symbols before it.
+    /// Named lengths and angles; a value contains only symbols before it.
     pub symbols: Vec<Symbol>,
     /// The generalised coordinates q, in the order of every vector.
     pub coordinates: Vec<Coordinate>,
@@ -25,39 +25,38 @@ pub struct Robot {
     /// `CoordinateId(n + p)` names the p-th of them, n the number of coordinates: they come after
     /// the coordinates in the q of the kinematics. Empty when every joint is affine.
     pub passive: Vec<PassiveCoordinate>,
-    /// Antecedents come before what they carry.
+    /// The links; antecedents come before the links that they carry.
     pub links: Vec<Link>,
-    /// The body that the links hang on, where the file describes one. It has no effect while it is at rest, and becomes
-    /// a link when it floats.
+    /// The body of the base, where the file has one. It has no effect while it is at rest, and becomes a link when it
+    /// floats.
     pub base: Base,
-    /// How many of the first links only carry others: they have no inertial parameters.
+    /// The number of massless links at the start of `links`: they have no inertial parameters.
     pub massless: usize,
     /// Pairs of frames that coincide; empty for a tree.
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
-    /// The same as the file has it, where the base was turned since.
+    /// Gravity in the file, m/s^2, where the base was rotated afterwards.
     pub file_gravity: Option<[f64; 3]>,
-    /// What the reader of the file guessed, to be told to the user.
+    /// Assumptions of the reader of the file, for the user.
     pub notes: Vec<Note>,
-    /// Notes on the angles and axes that the reader took for others, where the robot differs from its file in the last
-    /// digits.
+    /// Notes on angles and axes that the reader replaced, where the robot differs from its file in the last digits.
     pub snapped: Vec<Note>,
-    /// What is odd in the text that it was read from: [`crate::lint`] tells it with the rest.
+    /// Findings about the text of the file, which [`crate::lint`] includes in its findings.
     pub oddities: Vec<Finding>,
-    /// The format that it was read from, whatever its file is called.
+    /// The format that it was read from, independently of the file name.
     pub format: Format,
 }
 
-/// What a format can say of a robot.
+/// The properties of a robot that a format can express.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// Everything that is known here: YAML and .par.
+    /// All properties: YAML and .par.
     #[default]
     Complete,
-    /// No rotor inertias: a URDF, whether written as such or as xacro.
+    /// No rotor inertias: a URDF, also from a xacro.
     Urdf,
-    /// Rotor inertias, which most files leave out: an MJCF.
+    /// Rotor inertias, which most files omit: an MJCF.
     Mjcf,
 }
 
@@ -66,29 +65,29 @@ pub enum Format {
 pub struct Coordinate {
     /// Name in the file: `q1`, or a URDF's joint.
     pub name: String,
-    /// Where the motor may take it.
+    /// Its limits.
     pub limits: Limits,
 }
 
-/// The variable of a passive joint or of a cut, left to the closure of the loops.
+/// The variable of a passive joint or of a cut, which the closure of the loops determines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassiveCoordinate {
     /// Name of the joint or cut.
     pub name: String,
-    /// Where a search for the closed robot begins, rad or m: it chooses among several assemblies.
+    /// The start of the search for the closed robot, rad or m: it selects one of several assemblies.
     pub start: f64,
 }
 
 /// Limits of a coordinate; `None` where the file gives none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// rad or m.
+    /// Lowest and highest position, rad or m.
     pub position: Option<(f64, f64)>,
-    /// rad/s or m/s.
+    /// Largest velocity, rad/s or m/s.
     pub velocity: Option<f64>,
-    /// rad/s^2 or m/s^2.
+    /// Largest acceleration, rad/s^2 or m/s^2.
     pub acceleration: Option<f64>,
-    /// N m (N).
+    /// Largest effort, N m (N).
     pub effort: Option<f64>,
 }
 
@@ -97,30 +96,30 @@ pub struct Limits {
 pub struct Link {
     /// Its name in the file.
     pub name: String,
-    /// The part of its parameters' names behind the letters: the `4` of `XX4`.
+    /// The suffix of the names of its parameters: the `4` of `XX4`.
     pub label: String,
-    /// `None`: the fixed base.
+    /// The link that carries it; `None`: the fixed base.
     pub antecedent: Option<LinkId>,
-    /// Placement of the link frame in its antecedent's; the joint variable is added to theta
+    /// Placement of the link frame in the frame of its antecedent; the joint variable is added to theta
     /// (revolute) or r (prismatic).
     pub geometry: ModifiedDh,
-    /// What moves the link against its antecedent.
+    /// The joint between the antecedent and the link.
     pub joint: Joint,
     /// XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the link frame, where known.
     pub inertial: Option<[f64; 10]>,
-    /// Frame of the joint as the file has it (a URDF's child link), in the link frame.
+    /// The pose of the file's joint frame (a URDF's child link) in the link frame.
     pub file_frame: Pose,
-    /// The rigid parts the file lumps into this link, in the order of the file.
+    /// The rigid parts that are lumped into this link, in the order of the file.
     pub parts: Vec<Part>,
-    /// The frames that the file fixes to this link, its own first, by name and with their place in the link frame: the
-    /// links of a URDF. Empty where the link frame is the file's.
+    /// The frames of the file that are fixed to this link, its own first, by name and with their poses in the link frame:
+    /// the links of a URDF. Empty where the link frame is the file's frame.
     pub frames: Vec<(String, Pose)>,
-    /// Its collision geometry, where the file describes one.
+    /// Its collision geometry, where the file has one.
     pub collisions: Vec<Collision>,
 }
 
 impl Link {
-    /// A link that is named by its label, in the file's own frame, without inertial parameters, parts and shapes.
+    /// A link with its label as name, in the file's own frame, without inertial parameters, parts and shapes.
     pub fn bare(label: String, antecedent: Option<LinkId>, geometry: ModifiedDh, joint: Joint) -> Link {
         Link {
             name: label.clone(),
@@ -140,9 +139,9 @@ impl Link {
 /// The base of a robot as a body.
 #[derive(Clone, Debug, Default)]
 pub struct Base {
-    /// XX .. M about the origin of the base frame, in it, where known.
+    /// XX .. M about the origin of the base frame, in the base frame, where known.
     pub inertial: Option<[f64; 10]>,
-    /// The rigid parts that the file lumps into it.
+    /// The rigid parts that are lumped into it.
     pub parts: Vec<Part>,
     /// Its collision geometry, in the base frame.
     pub collisions: Vec<Collision>,
@@ -152,17 +151,17 @@ pub struct Base {
 /// Rz(theta) Tz(r). Angles in rad, lengths in m; free of coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModifiedDh {
-    /// About z of the antecedent, rad.
+    /// Angle about z of the antecedent, rad.
     pub gamma: Value,
-    /// Along z of the antecedent, m.
+    /// Distance along z of the antecedent, m.
     pub b: Value,
-    /// About the x so turned, rad.
+    /// Angle about the x axis after the rotation by gamma, rad.
     pub alpha: Value,
-    /// Along that x, m.
+    /// Distance along this x axis, m.
     pub d: Value,
-    /// About z of the link, rad; the variable of a revolute joint is added.
+    /// Angle about z of the link, rad; the variable of a revolute joint is added.
     pub theta: Value,
-    /// Along z of the link, m; the variable of a prismatic joint is added.
+    /// Distance along z of the link, m; the variable of a prismatic joint is added.
     pub r: Value,
 }
 
@@ -183,25 +182,25 @@ impl ModifiedDh {
 pub struct Joint {
     /// Name in the file.
     pub name: String,
-    /// Whether it turns, slides or does neither.
+    /// Revolute, prismatic or fixed.
     pub kind: JointKind,
-    /// Who moves it.
+    /// The source of its motion.
     pub drive: Drive,
-    /// The joint variable's motion; the constant part of the angle or length is in the geometry,
+    /// The joint variable; the constant part of the angle or length is in the geometry,
     /// so the offset here is zero.
     pub variable: Affine,
     /// The motor's inertia, seen from the joint.
     pub rotor_inertia: RotorInertia,
-    /// What the file says of its friction.
+    /// The friction in the file.
     pub friction: Friction,
     /// Torque (force) per unit of measured current, N m/A (N/A).
     pub drive_gain: Option<f64>,
-    /// What a joint that follows another may bear itself, N m (N).
+    /// Largest effort of a joint that follows another joint, N m (N).
     pub follower_effort: Option<f64>,
 }
 
 impl Joint {
-    /// A joint without a rotor, of which no friction, gain or effort is known.
+    /// A joint without a rotor, with unknown friction, gain and effort.
     pub fn bare(name: String, kind: JointKind, drive: Drive, variable: Affine) -> Joint {
         Joint {
             name,
@@ -223,7 +222,7 @@ pub enum JointKind {
     Revolute,
     /// Slides; the variable is a length, m.
     Prismatic,
-    /// Neither.
+    /// Does not move.
     Fixed,
 }
 
@@ -234,7 +233,7 @@ pub enum Drive {
     Actuated,
     /// It follows the coordinates, or is a passive coordinate.
     Passive,
-    /// Held at a constant value.
+    /// Locked at a constant value.
     Locked,
 }
 
@@ -245,7 +244,7 @@ pub enum RotorInertia {
     Absent,
     /// A parameter of unknown value.
     Unknown,
-    /// kg m^2 (kg), seen from the joint.
+    /// A parameter with this value, kg m^2 (kg), seen from the joint.
     Known(f64),
 }
 
@@ -260,52 +259,52 @@ impl RotorInertia {
 /// of a revolute joint (a force of a prismatic one).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Friction {
-    /// N m s/rad (N s/m).
+    /// Viscous coefficient, N m s/rad (N s/m).
     pub viscous: Option<f64>,
-    /// N m (N).
+    /// Coulomb friction, N m (N).
     pub coulomb: Option<f64>,
-    /// N m (N).
+    /// Offset, N m (N).
     pub offset: Option<f64>,
 }
 
 /// Two frames, one on each side of a cut, that coincide in every reachable configuration.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// The frame at the end of one branch; its variable moves it as a joint would.
+    /// The frame at the end of one branch; its variable moves it like a joint.
     pub cut: LoopFrame,
-    /// The frame on the link that the loop returns to.
+    /// The frame on the link at the end of the other branch.
     pub twin: LoopFrame,
 }
 
-/// A frame placed from a link; `variable` moves it as a joint of its own kind would.
+/// A frame placed relative to a link; `variable` moves it like a joint of this kind.
 #[derive(Clone, Debug)]
 pub struct LoopFrame {
     /// The link that carries it; `None`: the fixed base.
     pub antecedent: Option<LinkId>,
     /// Its placement in the frame of that link.
     pub geometry: ModifiedDh,
-    /// How its variable moves it.
+    /// The kind of joint of its variable.
     pub kind: JointKind,
     /// The variable as a function of the coordinates.
     pub variable: Affine,
 }
 
-/// Something the user should know about how the file was read.
+/// Information for the user on how the file was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
     /// Joint, link or key concerned.
     pub subject: String,
-    /// One sentence, the subject left out.
+    /// One sentence without the subject.
     pub text: String,
 }
 
 impl Robot {
-    /// Link j; `j` is one of this robot's.
+    /// Link j; `j` must be a link of this robot.
     pub fn link(&self, j: LinkId) -> &Link {
         &self.links[j.0]
     }
 
-    /// All links, antecedents before what they carry.
+    /// All links, antecedents before the links that they carry.
     pub fn link_ids(&self) -> impl DoubleEndedIterator<Item = LinkId> + use<> {
         (0..self.links.len()).map(LinkId)
     }
@@ -315,8 +314,8 @@ impl Robot {
         self.coordinates.len()
     }
 
-    /// The coordinates and, after them, the passive coordinates: the length of the q that
-    /// [`Robot::link_poses`] takes.
+    /// Number of coordinates and passive coordinates: the length of the q of
+    /// [`Robot::link_poses`].
     pub fn n_variables(&self) -> usize {
         self.coordinates.len() + self.passive.len()
     }
@@ -329,8 +328,7 @@ impl Robot {
         }
     }
 
-    /// Whether the loop closes only where its passive coordinates say so: a link or cut frame on
-    /// its way moves with one of them.
+    /// Whether the loop depends on passive coordinates: a link or loop frame in one of its branches moves with one.
     pub fn is_implicit(&self, one: &Loop) -> bool {
         let n = self.coordinates.len();
         let passive = |terms: &[(CoordinateId, f64)]| terms.iter().any(|(k, _)| k.0 >= n);
@@ -345,7 +343,7 @@ impl Robot {
         [0, 1, 2].map(|i| self.gravity[i].number(&self.symbols))
     }
 
-    /// The actuated joint whose variable is this coordinate alone, when there is one.
+    /// The actuated joint whose variable is this coordinate alone; `None` where there is none.
     pub fn joint_of(&self, k: CoordinateId) -> Option<LinkId> {
         self.link_ids().find(|&j| {
             let joint = &self.link(j).joint;

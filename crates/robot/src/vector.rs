@@ -1,6 +1,6 @@
-//! Three-vectors and three-by-three matrices in f64: coordinates in a frame, lengths in m where they are lengths.
+//! Three-vectors and three-by-three matrices in f64: coordinates in a frame, lengths in m.
 //!
-//! All are `#[inline]`: distances between bodies, in another crate, are made of little else.
+//! All functions are `#[inline]`, since the distances between bodies in another crate consist mainly of them.
 
 /// Three coordinates.
 pub type Vector3 = [f64; 3];
@@ -78,7 +78,7 @@ pub(crate) fn rotation_about(axis: Vector3, angle: f64) -> Matrix3 {
     rotation_by(axis, angle.sin_cos())
 }
 
-/// The same by the sine and the cosine of the angle.
+/// The rotation about the unit vector `axis` by the angle with this sine and cosine.
 #[inline]
 pub(crate) fn rotation_by([x, y, z]: Vector3, (s, c): (f64, f64)) -> Matrix3 {
     let v = 1.0 - c;

@@ -1,12 +1,11 @@
 //! Bounds within which an XML text is parsed.
 
-/// More elements than this are no robot.
+/// Largest number of nodes of a text, above the number of any robot.
 pub const MAX_XML_NODES: u32 = 2_000_000;
-/// No element of a description has more attributes. The time to find one that stands twice grows as the square of their
-/// number.
+/// Largest number of attributes of an element. The time to find a duplicate grows as the square of their number.
 pub const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
 
-/// Line and tag of the first element with too many attributes.
+/// Line and tag of the first element with too many attributes; `None` where there is none.
 pub fn crowded(text: &str) -> Option<(usize, &str)> {
     let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
     let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);

@@ -2,11 +2,11 @@
 
 mod recursion;
 
-use robot::format::{Angles, Mimic, ReadOptions, parse_with, read_yaml};
+use robot::format::{AngleSnapping, Mimic, ReadOptions, parse_with, read_yaml};
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
 fn options() -> ReadOptions<'static> {
-    ReadOptions { angles: Angles::AsGiven, ..ReadOptions::default() }
+    ReadOptions { angles: AngleSnapping::AsGiven, ..ReadOptions::default() }
 }
 
 fn read_as(text: &str, options: ReadOptions) -> Result<Robot, String> {

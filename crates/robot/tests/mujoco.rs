@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use robot::format::{Angles, Mimic, ReadOptions, read_with};
+use robot::format::{AngleSnapping, Mimic, ReadOptions, read_with};
 use robot::{Error, Robot};
 
 /// What the two may differ by, relative to the largest entry: MuJoCo holds masses by their principal axes.
@@ -38,7 +38,7 @@ fn python(arguments: &[&str], input: &str) -> Option<String> {
 
 /// The robot as MuJoCo has it: every joint a coordinate, angles as given; and whether its base floats.
 fn read(path: &str) -> Result<(Robot, bool), Error> {
-    let options = ReadOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, ..ReadOptions::default() };
+    let options = ReadOptions { mimic: Mimic::Independent, angles: AngleSnapping::AsGiven, ..ReadOptions::default() };
     match read_with(Path::new(path), options) {
         Err(error) if error.message.contains("floating_base=true") => {
             let floating = ReadOptions { floating_base: true, ..options };

@@ -1,6 +1,6 @@
 //! The robots with their drives, controllers, friction and sensors.
 
-use experiments::simulate::closed_loop::{Controller, Drives, Sensing};
+use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use linear_model::friction::law::FrictionLaw;
 
 use crate::benchmark::scenario::BenchmarkArm;
@@ -21,9 +21,9 @@ pub fn r3_arm<'a>(name: &'static str, robot: &'a TapeRobot) -> BenchmarkArm<'a> 
         regressor: robot,
         dynamics: robot,
         truth: &robot.truth,
-        controller: Controller::for_inertia(&[0.6, 0.30, 0.066], &[10.0, 10.0, 12.0], velocity_pole),
+        controller: JointPd::for_inertia(&[0.6, 0.30, 0.066], &[10.0, 10.0, 12.0], velocity_pole),
         drives: Drives { gain: vec![2.393, 0.870, 1.0], greatest_torque: vec![40.0, 30.0, 15.0] },
-        sensing: Sensing { quantum: vec![1e-4; 3], position_noise: vec![5e-5; 3], torque_noise: NOISE.to_vec() },
+        sensing: Sensors { quantum: vec![1e-4; 3], position_noise: vec![5e-5; 3], torque_noise: NOISE.to_vec() },
         friction: vec![
             FrictionLaw::asymmetric(0.25, 0.60, 0.18, -0.75),
             FrictionLaw::asymmetric(0.15, 0.45, 0.20, -0.35),
@@ -60,12 +60,12 @@ pub fn puma_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
         regressor: robot,
         dynamics: robot,
         truth: &robot.truth,
-        controller: Controller::for_inertia(&inertia, &bandwidth, std::f64::consts::TAU * 80.0),
+        controller: JointPd::for_inertia(&inertia, &bandwidth, std::f64::consts::TAU * 80.0),
         drives: Drives {
             gain: vec![11.4, 23.8, 12.0, 6.4, 6.9, 7.0],
             greatest_torque: vec![97.0, 186.0, 89.0, 24.0, 20.0, 21.0],
         },
-        sensing: Sensing {
+        sensing: Sensors {
             quantum: vec![5e-5; 6],
             position_noise: vec![2e-5; 6],
             torque_noise: vec![1.0, 1.5, 0.8, 0.2, 0.2, 0.2],

@@ -9,7 +9,7 @@
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
-use experiments::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Steps, Stop};
+use experiments::simulate::closed_loop::{Drives, JointPd, Sensors, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::SpectralExperiment;
 use linear_model::friction::law::FrictionLaw;
@@ -170,7 +170,7 @@ impl Defect {
         let dynamics = self.masses(arm, has);
         let zeros = vec![0.0; n];
         let with = |x: &[f64], other: f64| x.iter().copied().chain(vec![other; n]).collect::<Vec<f64>>();
-        let controller = Controller {
+        let controller = JointPd {
             proportional: with(&arm.controller.proportional, 0.0),
             derivative: with(&arm.controller.derivative, 0.0),
             velocity_pole: arm.controller.velocity_pole,
@@ -232,7 +232,7 @@ fn rigid(arm: &BenchmarkArm, reference: &Reference, feedforward: &[Vec<f64>]) ->
 pub fn measured(
     experiments: &[SpectralExperiment],
     arm: &BenchmarkArm,
-    sensing: &Sensing,
+    sensing: &Sensors,
     seed: u64,
     draw: u64,
 ) -> Vec<SpectralExperiment> {

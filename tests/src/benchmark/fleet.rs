@@ -112,7 +112,7 @@ impl<'a> Workshop<'a> {
             _ => 0.0,
         };
         let load = model.parameters.values(&standard.iter().map(body).collect::<Vec<f64>>());
-        let base = model.described_parameters().expect("the model has inertials");
+        let base = model.nominal_parameters().expect("the model has inertials");
         let mut options = Options::default();
         options.signal.cutoff = Some(10.0);
         let none = Machine { base, viscous: vec![0.0; n], coulomb: vec![0.0; n] };

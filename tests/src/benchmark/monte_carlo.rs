@@ -23,7 +23,7 @@ use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::measured_motion::MeasuredMotion;
-use experiments::simulate::closed_loop::{Sensing, Simulation, Steps, Stop};
+use experiments::simulate::closed_loop::{Sensors, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
@@ -320,7 +320,7 @@ fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMo
 fn add_information(
     information: &mut TriangleBuilder,
     arm: &BenchmarkArm,
-    sensing: &Sensing,
+    sensing: &Sensors,
     trajectory: &ExcitingTrajectory,
     record: &Record,
 ) {

@@ -1,10 +1,10 @@
 //! Plans for the simulated robots: one that is given, and those that a search finds.
 
 use experiments::plan::candidates::Candidate;
-use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_kind::MotionKind;
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use random::Random;
 
 use crate::benchmark::candidates::bang_bang;
@@ -32,8 +32,8 @@ pub type Set = (Vec<usize>, f64);
 
 /// The best eight, and `count` sets of eight by chance.
 pub fn planned_and_random(found: &[Candidate], count: usize) -> (Set, Vec<Set>) {
-    let information: Vec<Rows> = found.iter().map(|c| c.information.clone()).collect();
-    let search = Search { starts: 6, ..Search::default() };
+    let information: Vec<WeightedRows> = found.iter().map(|c| c.information.clone()).collect();
+    let search = SearchEffort { starts: 6, ..SearchEffort::default() };
     let plan = exchange(&information, 8, Criterion::Determinant, &search, &|_, _, _| ());
     let mut random = Random::new(5);
     let by_chance = (0..count).map(|_| {

@@ -1,6 +1,6 @@
 //! The robots and the circumstances that estimators are compared on.
 
-use experiments::simulate::closed_loop::{Controller, Drives, Sensing};
+use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use experiments::simulate::dynamics::Dynamics;
 use linear_model::friction::law::FrictionLaw;
 use linear_model::regressor::Regressor;
@@ -10,9 +10,9 @@ pub struct BenchmarkArm<'a> {
     pub regressor: &'a dyn Regressor,
     pub dynamics: &'a dyn Dynamics,
     pub truth: &'a [f64],
-    pub controller: Controller,
+    pub controller: JointPd,
     pub drives: Drives,
-    pub sensing: Sensing,
+    pub sensing: Sensors,
     pub friction: Vec<FrictionLaw>,
     /// Limits for the validation motions: rad, rad/s, rad/s^2.
     pub position: Vec<(f64, f64)>,
@@ -27,7 +27,7 @@ pub struct Scenario {
     pub name: &'static str,
     /// Inverse dynamics with every parameter wrong by 20 % is added to the controller.
     pub feedforward: bool,
-    pub sensing: Sensing,
+    pub sensing: Sensors,
     pub friction: Vec<FrictionLaw>,
     /// Friction of each joint changes by up to this share between experiments.
     pub drift: f64,
@@ -45,7 +45,7 @@ impl Scenario {
             drift: 0.0,
         };
         let times = |x: &[f64], f: f64| x.iter().map(|x| x * f).collect::<Vec<f64>>();
-        let coarse = Sensing {
+        let coarse = Sensors {
             quantum: times(&arm.sensing.quantum, 5.0),
             position_noise: times(&arm.sensing.position_noise, 6.0),
             torque_noise: times(&arm.sensing.torque_noise, 3.0),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fleet::{CompareRequest, SumsRequest};
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 use rist::request::{
     CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
     PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, requests,
@@ -40,7 +40,7 @@ impl Keyword {
             default if default == "None" => (default, String::new()),
             default => (default.clone(), format!(" [default: {default}]")),
         };
-        let doc = format!("{}{shown}", spelled(&field.doc, Reader::Python));
+        let doc = format!("{}{shown}", spelled(&field.doc, Audience::Python));
         Keyword { name: field.name.into(), of_type: field.shape.python.clone(), default, doc }
     }
 
@@ -255,7 +255,7 @@ fn tables() -> String {
             let words: Vec<String> = field.shape.words.iter().map(|(word, _)| format!("`{word}`")).collect();
             let words = if words.is_empty() { String::new() } else { format!(": {}", words.join(", ")) };
             let switch = if matches!(field.shape.flag, Flag::Switch) { " (a switch)" } else { "" };
-            let doc = spelled(&field.doc, Reader::Json).replace('|', "\\|");
+            let doc = spelled(&field.doc, Audience::Json).replace('|', "\\|");
             text += &format!("| `{}` | {doc}{words}{switch} | {default} | {range} |\n", field.name);
         }
     }

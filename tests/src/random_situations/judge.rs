@@ -1,6 +1,6 @@
 //! What `rist identify` says of a situation, and whether it is so.
 
-use claims::{Claim, Standing, Subject};
+use claims::{Claim, EvidenceLevel, Subject};
 use identification::estimate::artefact::Estimate;
 use identification::estimate::topics::ROTOR;
 use linear_model::friction::terms::FrictionTerm;
@@ -101,7 +101,7 @@ fn beyond(error: f64, bound: f64) -> bool {
 fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
     let is_said = |k: &usize| {
         let rotor = Subject::of(ROTOR, [format!("joint_{}", k + 1)]);
-        let is_open = |claim: &&Claim| claim.subject().touches(&rotor) && claim.standing() == Standing::Open;
+        let is_open = |claim: &&Claim| claim.subject().touches(&rotor) && claim.standing() == EvidenceLevel::Open;
         verdict.claims.iter().any(|claim| is_open(&claim))
     };
     (0..n).filter(is_said).collect()
@@ -129,9 +129,9 @@ impl Situation {
         let fitted = if fits_all { sources.len() } else { 1 };
         let (fitted, others): (&[LogSource], &[LogSource]) = sources.split_at(fitted);
         let mut found = rist::identify(model, fitted, &IdentifyRequest::default())?;
-        let judged = found.judged(model, others, false)?;
+        let judged = found.verdict_of_logs(model, others, false)?;
         said += &found.estimate.to_string();
-        for finding in &found.passport.findings {
+        for finding in &found.log_check.findings {
             said += &format!("{finding}\n");
         }
         for (log, residuals) in &judged.predictions {

@@ -180,7 +180,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
         (encoded("json"), "message of /joint_states: it is written as `json`; cdr and ros1 are read"),
         (
             recording(None, 80, [true, true, false]).finish(),
-            "no columns hold the joint torques or motor currents (looked for tau1.., effort_<joint>, i1.., actual_current_0.., also with units); other names go into [options.columns], as `[:columns]` proposes them; of position servos without either, the positions that they are told: [options.columns.goal]; the columns are: time, position_a, velocity_a",
+            "no columns hold the joint torques or motor currents (looked for tau1.., effort_<joint>, i1.., actual_current_0.., also with units); other names go into [options.columns], as `[:columns]` proposes them; of position servos without either, the commanded positions: [options.columns.goal]; the columns are: time, position_a, velocity_a",
         ),
         (recording(Some("lz4"), 20, ALL).finish(), "20 usable rows of 20"),
         (one_message(&twice.cdr(false)), "it names joint `a` twice"),

@@ -1,7 +1,7 @@
 //! What is claimed of a log: a fault above the printed power is named with its joint, and a clean log is accused of nothing.
 
-use claims::{Claim, Outcome, Standing, Topic};
-use identification::estimate::ledger::hypotheses::Hypothesis;
+use claims::{Claim, EvidenceLevel, Outcome, Topic};
+use identification::estimate::claims::hypotheses::Hypothesis;
 use identification::estimate::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
 use rist::fit::verdict::{Trust, Verdict};
@@ -19,7 +19,7 @@ const AMPLITUDE: f64 = 1.2;
 fn verdict(name: &str, model: &Model, log: &JointLog) -> Verdict {
     let source = log.opened(model, &folder("claims").join(format!("{name}.csv")));
     let mut found = rist::identify(model, &[source], &Default::default()).unwrap();
-    found.judged(model, &[], false).unwrap().verdict
+    found.verdict_of_logs(model, &[], false).unwrap().verdict
 }
 
 fn contradicted(verdict: &Verdict) -> Vec<&Claim> {
@@ -120,7 +120,7 @@ fn a_small_scale_is_named_with_its_joint() {
         let found = verdict(&format!("small_scale{file}"), &model, &log);
         let joint = &model.regressor().coordinates()[2];
         let named = format!("the torque of {joint} is off by ");
-        let is_open = |claim: &&Claim| claim.standing() == Standing::Open && claim.to_string().contains(&named);
+        let is_open = |claim: &&Claim| claim.standing() == EvidenceLevel::Open && claim.to_string().contains(&named);
         let claim = found.claims.iter().find(is_open).unwrap_or_else(|| panic!("{file}: {found}")).to_string();
         let told: f64 = claim.split_once(&named).unwrap().1.split(' ').next().unwrap().parse().unwrap();
         let size = 100.0 * (1.0 - 1.0 / factor);

@@ -64,7 +64,7 @@ fn bound(model: &Model, states: &States) -> Vec<f64> {
 
 /// By how much the variance of twenty parts is widened: Student's t with 19 degrees of freedom over a normal error, 95 %.
 fn student_variance_ratio() -> f64 {
-    let [of_parts, normal] = [19.0, f64::INFINITY].map(|freedom| numerics::student::reach(0.05, freedom));
+    let [of_parts, normal] = [19.0, f64::INFINITY].map(|freedom| numerics::student::two_sided_quantile(0.05, freedom));
     (of_parts / normal).powi(2)
 }
 

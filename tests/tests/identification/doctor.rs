@@ -6,9 +6,9 @@
 use std::path::{Path, PathBuf};
 
 use identification::estimate::hypothesis::Hypothesis::*;
+use identification::estimate::log_check::LogCheck;
+use identification::estimate::log_check::finding::{ColumnKind, Fault, Finding};
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::{Columns, Fault, Finding};
 use logs::{Log, LogSource};
 use rist::describe::description::RotorInertias;
 use rist::{Model, ModelOptions};
@@ -19,7 +19,7 @@ use tests::program::folder;
 use tests::random::{Random, State};
 use tests::{model_path, recursion, shared, test_robot_path, urdf_text, workspace};
 
-fn look(model: &Model, here: &Path, log: &JointLog) -> Passport {
+fn look(model: &Model, here: &Path, log: &JointLog) -> LogCheck {
     rist::examine(model, &[log.opened(model, &here.join("log.csv"))], &Options::default()).unwrap()
 }
 
@@ -30,7 +30,7 @@ fn other_robot(here: &Path, seed: u64) -> Model {
     Model::read(&path).unwrap()
 }
 
-/// Whether a passport has one finding, that of the mistake in the log.
+/// Whether a log check has one finding, that of the mistake in the log.
 fn names(model: &Model, findings: &[Finding], mistake: &Injected) -> bool {
     let [finding] = findings else { return false };
     let joints = mistake.joints.iter().map(|&k| &model.regressor().coordinates()[k]);
@@ -76,15 +76,15 @@ fn every_fault_is_named() {
         |k, l| changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.swap(k, l)));
     add("two joints' columns swapped", swapped(1, 3), &[1, 3], |f| *f == Fault::Of(SwappedJoints(1, 3), 0.0));
     let backwards = changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.reverse()));
-    add("columns from the tip", backwards, &[0, 1, 2, 3, 4, 5], |f| *f == Fault::Permuted(Columns::All));
+    add("columns from the tip", backwards, &[0, 1, 2, 3, 4, 5], |f| *f == Fault::Permuted(ColumnKind::All));
     let torques = changed(&good, |log| log.tau[..4].rotate_right(1));
-    add("torques permuted", torques, &[0, 1, 2, 3], |f| *f == Fault::Permuted(Columns::Torques));
+    add("torques permuted", torques, &[0, 1, 2, 3], |f| *f == Fault::Permuted(ColumnKind::Torques));
     add("0.6 s", cut(&good, 0.6), &[], |f| matches!(f, Fault::Short(_)));
     for mistake in &mistakes {
-        let passport = look(&model, &here, &mistake.log);
-        let found = &passport.findings;
+        let log_check = look(&model, &here, &mistake.log);
+        let found = &log_check.findings;
         println!("{}: {}", mistake.name, found.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n    "));
-        assert!(names(&model, found, mistake), "{}: {found:?}\n{passport}", mistake.name);
+        assert!(names(&model, found, mistake), "{}: {found:?}\n{log_check}", mistake.name);
     }
     for seed in 1..5 {
         let found = look(&other_robot(&here, seed), &here, &good).findings;
@@ -128,18 +128,18 @@ fn nothing_is_found_in_good_logs() {
     let r3g = Model::read(workspace().join("tests/data/robots/r3g.yaml")).unwrap();
     for model in [ur5, r3g, other_robot(&here, 1), other_robot(&here, 2)] {
         for seed in [5, 6] {
-            let passport = look(&model, &here, &swinging(&model.robot, &unlike(&model.robot, seed), 1.2, 0.0));
-            assert!(passport.findings.is_empty(), "{}: {passport}{:?}", model.robot.name, passport.findings);
+            let log_check = look(&model, &here, &swinging(&model.robot, &unlike(&model.robot, seed), 1.2, 0.0));
+            assert!(log_check.findings.is_empty(), "{}: {log_check}{:?}", model.robot.name, log_check.findings);
         }
     }
     // A description without inertials: what can be told is, and what not is said.
     let model = Model::read(test_robot_path("planar2r_vertical.yaml")).unwrap();
     let x = Random(41).physical_parameters(&model.robot);
-    let passport = look(&model, &here, &swinging(&model.robot, &x, 1.2, 0.0));
-    assert!(passport.findings.is_empty() && passport.untold.len() == 1, "{passport:?}");
+    let log_check = look(&model, &here, &swinging(&model.robot, &x, 1.2, 0.0));
+    assert!(log_check.findings.is_empty() && log_check.not_checked.len() == 1, "{log_check:?}");
     let backwards = changed(&swinging(&model.robot, &x, 1.2, 0.0), |l| each(&mut l.tau, |x| -x));
-    let passport = look(&model, &here, &backwards);
-    assert_eq!(passport.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{passport}");
+    let log_check = look(&model, &here, &backwards);
+    assert_eq!(log_check.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{log_check}");
 }
 
 /// Two arms of three joints on one base, left and right of it: each the mirror image of the other.
@@ -192,11 +192,11 @@ fn exchanged_sides_are_named_and_never_trusted() {
             };
             let (first, other) = (log("first", 0.7), log("other", 0.9));
             let logs = [first];
-            let passport = rist::examine(&model, &logs, &options).unwrap();
+            let log_check = rist::examine(&model, &logs, &options).unwrap();
             let mut request = rist::IdentifyRequest::default();
             request.samples.rows.signals.options = Some(options.clone());
             let mut found = rist::identify(&model, &logs, &request).unwrap();
-            let judged = found.judged(&model, std::slice::from_ref(&other), false).unwrap().verdict;
+            let judged = found.verdict_of_logs(&model, std::slice::from_ref(&other), false).unwrap().verdict;
             let validated = rist::fit::verdict::validation_verdict(
                 &model,
                 &found.estimate,
@@ -214,13 +214,13 @@ fn exchanged_sides_are_named_and_never_trusted() {
                 let says = verdict.to_string().replace('\n', " ").contains("are in another order (position, velocity");
                 assert_eq!(says, is_swapped, "{seed}: {verdict}");
             }
-            let explained = passport.explained.iter().map(|explained| &explained.finding);
-            let found: Vec<_> = passport.findings.iter().chain(explained).collect();
+            let explained = log_check.explained.iter().map(|explained| &explained.finding);
+            let found: Vec<_> = log_check.findings.iter().chain(explained).collect();
             match is_swapped {
                 false => assert!(found.is_empty(), "{seed}: {found:?}"),
                 true => {
                     let faults: Vec<Fault> = found.iter().map(|f| f.fault).collect();
-                    assert_eq!(faults, [Fault::Permuted(Columns::All)], "{seed}: {found:?}");
+                    assert_eq!(faults, [Fault::Permuted(ColumnKind::All)], "{seed}: {found:?}");
                     assert_eq!(found[0].joints, model.regressor().coordinates(), "{seed}");
                 }
             }
@@ -252,9 +252,9 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     for turn in [1.3, -2.2] {
         let machine = with(turn, "machine.urdf");
         let log = swinging(&machine.robot, &described(&machine.robot), 1.2, 0.0);
-        let passport = look(&model, &here, &log);
-        assert!(passport.findings.is_empty(), "{turn}: {:?}", passport.findings);
-        let [explained] = passport.explained.as_slice() else { panic!("{turn}: {passport:?}") };
+        let log_check = look(&model, &here, &log);
+        assert!(log_check.findings.is_empty(), "{turn}: {:?}", log_check.findings);
+        let [explained] = log_check.explained.as_slice() else { panic!("{turn}: {log_check:?}") };
         assert!(matches!(explained.finding.fault, Fault::Of(Zero(_), _)) && explained.is_likely, "{explained:?}");
         // The same in sums.
         let request = fleet::SumsRequest::default();
@@ -309,7 +309,7 @@ fn description(dataset: &Dataset, shared: &Path, here: &Path) -> Vec<PathBuf> {
 }
 
 /// Passports of the measured logs: with the options of their recipe, and with those of a newcomer.
-fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, Passport)> {
+fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, LogCheck)> {
     let rotor_inertia = dataset.rotors.then_some(RotorInertias::Actuated);
     let model = Model::read_with(model, &ModelOptions { rotor_inertia, ..ModelOptions::default() }).unwrap();
     let run = &dataset.runs[0];
@@ -324,8 +324,8 @@ fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, Pas
             let path = shared.join("data").join(&dataset.name).join(&file.file);
             let (mut log, _) = Log::read(&path, model.regressor().coordinates(), &options.columns).unwrap();
             log.window = window;
-            let passport = rist::examine(&model, &[LogSource::Held(log)], options).unwrap();
-            found.push((format!("{} by {}", path.display(), model.path.display()), passport));
+            let log_check = rist::examine(&model, &[LogSource::Held(log)], options).unwrap();
+            found.push((format!("{} by {}", path.display(), model.path.display()), log_check));
         }
     }
     found
@@ -338,9 +338,9 @@ fn nothing_is_found_in_measured_logs() {
     let mut logs = 0;
     for dataset in Dataset::known().unwrap() {
         for model in description(&dataset, &shared, &here) {
-            for (name, passport) in passports(&dataset, &shared, &model) {
-                println!("{name}\n{passport}");
-                assert!(passport.findings.is_empty(), "{name}: {:?}", passport.findings);
+            for (name, log_check) in passports(&dataset, &shared, &model) {
+                println!("{name}\n{log_check}");
+                assert!(log_check.findings.is_empty(), "{name}: {:?}", log_check.findings);
                 logs += 1;
             }
         }
@@ -377,14 +377,14 @@ fn the_zeros_of_the_tx40_are_found() {
     let Some(shared) = shared() else { return };
     let dataset = Dataset::known().unwrap().into_iter().find(|d| d.name == "tx40_staubli").unwrap();
     let model = shared.join("data/tx40_staubli/tx40.urdf");
-    for (name, passport) in passports(&dataset, &shared, &model) {
-        let found: Vec<(Fault, &str)> = passport.findings.iter().map(|f| (f.fault, f.joints[0].as_str())).collect();
+    for (name, log_check) in passports(&dataset, &shared, &model) {
+        let found: Vec<(Fault, &str)> = log_check.findings.iter().map(|f| (f.fault, f.joints[0].as_str())).collect();
         let right = std::f64::consts::FRAC_PI_2;
         let expected = [(Fault::Of(Zero(1), -right), "joint_2"), (Fault::Of(Zero(2), right), "joint_3")];
         assert_eq!(found, expected, "{name}");
         // One option undoes both.
         let remedy = "in the file of [options]: transmission: {offsets: [0, -1.5708, 1.5708, 0, 0, 0]}";
-        assert!(passport.findings.iter().all(|f| f.remedy == remedy), "{name}: {:?}", passport.findings);
+        assert!(log_check.findings.iter().all(|f| f.remedy == remedy), "{name}: {:?}", log_check.findings);
     }
 }
 
@@ -452,13 +452,13 @@ fn a_wrong_sign_is_named_in_a_short_log() {
     let path = here.join("log.csv");
     std::fs::write(&path, text.lines().enumerate().map(turned).collect::<Vec<_>>().join("\n")).unwrap();
     let (source, _) = model.open_log(&path, &Default::default()).unwrap();
-    let passport = rist::examine(&model, &[source], &Options::default()).unwrap();
-    assert!(passport.is_short, "{passport}");
-    let [finding] = passport.findings.as_slice() else { panic!("{:?}", passport.findings) };
+    let log_check = rist::examine(&model, &[source], &Options::default()).unwrap();
+    assert!(log_check.is_short, "{log_check}");
+    let [finding] = log_check.findings.as_slice() else { panic!("{:?}", log_check.findings) };
     assert!(matches!(finding.fault, Fault::FrictionSign | Fault::Of(TorqueSign(5), _)), "{finding}");
     assert_eq!(finding.joints, ["wrist_3"]);
     // A joint whose torque has the other sign does not follow the description.
-    let claims = rist::fit::doctor::claims_of_log(&passport, &[]);
+    let claims = rist::fit::doctor::claims_of_log(&log_check, &[]);
     assert!(
         !claims
             .iter()

@@ -127,7 +127,7 @@ fn what_is_open_does_not_spoil_the_prediction() {
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
     // Five joints stand still: no use has its torques.
     rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat())
-        .failed(1, &["is not determined: the log leaves parameters of it open"]);
+        .failed(1, &["is not determined: the log does not identify all of its parameters"]);
     let found = estimate(&here.join("e.yaml"));
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");

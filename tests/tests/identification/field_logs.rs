@@ -104,8 +104,8 @@ fn a_base_that_nothing_drives_is_told() {
         let path = field.join("logs").join(file);
         let options = request.samples.rows.signals.options.as_ref().unwrap();
         let (log, _) = model.open_log(&path, &options.columns).unwrap();
-        let passport = rist::examine(&model, &[log], options).unwrap();
-        assert!(passport.findings.is_empty(), "{file}: {passport}");
+        let log_check = rist::examine(&model, &[log], options).unwrap();
+        assert!(log_check.findings.is_empty(), "{file}: {log_check}");
     }
 }
 
@@ -120,7 +120,7 @@ fn a_spring_of_the_field_is_told() {
     let (k, sigma) = (stiffness.value.unwrap(), stiffness.sigma.unwrap());
     // 12 N m/rad about 0.3 rad; what is above zero is taken for a torque of its own.
     assert!((k - 12.0).abs() < FAR_DEVIATIONS * sigma && k > 20.0 * sigma, "{k} +- {sigma}");
-    let truth = model.described_parameters().unwrap();
+    let truth = model.nominal_parameters().unwrap();
     for (p, truth) in found.estimate.parameters.iter().zip(&truth) {
         let (x, sigma) = (p.value.unwrap_or(*truth), p.sigma.unwrap_or(f64::INFINITY));
         assert!((x - truth).abs() < FAR_DEVIATIONS * sigma, "{}: {x} +- {sigma}, {truth}", p.id);
@@ -150,8 +150,8 @@ fn friction_and_armature_of_an_mjcf_explain_the_log() {
     let model = Model::read(here.join("arm.xml")).unwrap();
     held_against_truth(&model, "armature.csv.gz", &request("", true), 0.01);
     let (log, _) = wrong.open_log(&field.join("logs/armature.csv.gz"), &Default::default()).unwrap();
-    let passport = rist::examine(&wrong, &[log], request("", true).samples.rows.signals.options.as_ref().unwrap());
-    assert!(passport.is_ok());
+    let log_check = rist::examine(&wrong, &[log], request("", true).samples.rows.signals.options.as_ref().unwrap());
+    assert!(log_check.is_ok());
 }
 
 #[test]

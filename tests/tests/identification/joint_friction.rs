@@ -106,7 +106,7 @@ fn a_joint_that_hardly_moves_gets_no_term() {
     let terms = found.estimate.options.clone().unwrap().friction;
     assert!(terms.iter().any(|term| matches!(term, FrictionTerm::At(_, _))), "{terms:?}");
     assert!(!terms.iter().any(|term| matches!(term, FrictionTerm::At(4, _))), "{terms:?}");
-    let judged = found.judged(&model, &[open("traj2.csv.gz")], false).unwrap();
+    let judged = found.verdict_of_logs(&model, &[open("traj2.csv.gz")], false).unwrap();
     let total = judged.predictions[0].1.total;
     assert!(total < 0.2, "{total}");
 }

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use claims::Outcome;
+use identification::estimate::log_check::LogCheck;
+use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::{Fault, Finding};
 use identification::estimate::verdict::Trust;
 use rist::Model;
 use rist::fit::verdict::Verdict;
@@ -16,14 +16,14 @@ use tests::faults::{changed, each, mirrored};
 use tests::joint_log::{JointLog, swinging, unlike, ur5};
 use tests::program::folder;
 
-fn look(model: &Model, path: &Path, options: &Options) -> Passport {
+fn look(model: &Model, path: &Path, options: &Options) -> LogCheck {
     let (source, _) = model.open_log(path, &options.columns).unwrap();
     rist::examine(model, &[source], options).unwrap()
 }
 
-/// The options that a passport prints for what it names first.
-fn printed(passport: &Passport) -> Options {
-    let remedy = &passport.findings[0].remedy;
+/// The options that a log check prints for what it names first.
+fn printed(log_check: &LogCheck) -> Options {
+    let remedy = &log_check.findings[0].remedy;
     let (_, yaml) = remedy.split_once("in the file of [options]: ").unwrap_or_else(|| panic!("{remedy}"));
     Options::parse("printed.yaml", yaml).unwrap()
 }
@@ -121,7 +121,7 @@ fn a_remedy_goes_on_from_the_options() {
 fn verdict(model: &Model, path: &Path) -> Verdict {
     let (source, _) = model.open_log(path, &Default::default()).unwrap();
     let mut found = rist::identify(model, &[source], &IdentifyRequest::default()).unwrap();
-    found.judged(model, &[], false).unwrap().verdict
+    found.verdict_of_logs(model, &[], false).unwrap().verdict
 }
 
 /// A push of a second at the elbow is said with its times; the log without it says nothing of the kind.

@@ -21,7 +21,7 @@ fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource 
 /// Error on another, larger motion, and whether the estimate says that bodies that can exist were taken.
 fn error(model: &Model, log: &LogSource, request: &IdentifyRequest, other: &LogSource) -> (f64, bool) {
     let mut found = rist::identify(model, std::slice::from_ref(log), request).unwrap();
-    let judged = found.judged(model, std::slice::from_ref(other), false).unwrap();
+    let judged = found.verdict_of_logs(model, std::slice::from_ref(other), false).unwrap();
     assert!(request.consistent || found.bodies.is_none(), "nobody asked for bodies");
     let is_said = found.estimate.remarks.iter().any(|remark| remark.starts_with(SENTENCE));
     assert_eq!(is_said, judged.verdict.claims.iter().any(|claim| claim.to_string().contains(SENTENCE)));

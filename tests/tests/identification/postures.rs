@@ -1,7 +1,7 @@
 //! Postures at rest give gravity parameters, zeros and mount back within their deviations.
 
 use identification::estimate::options::Options;
-use logs::{ColumnNames, Effort, Names, Postures};
+use logs::{ColumnNames, Effort, NamePattern, Postures};
 use random::Random;
 use rist::{Model, ModelOptions};
 use statics::{gravity_parameters, identify_postures};
@@ -12,12 +12,12 @@ fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     let (n, p) = (q.len(), regressor.parameters().len());
     let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
     regressor.fill(q, &rest, &rest, &mut y);
-    let x = model.described_parameters().unwrap();
+    let x = model.nominal_parameters().unwrap();
     y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum()).collect()
 }
 
 fn named(coordinates: &[String]) -> ColumnNames {
-    let each = |stem: &str| Some(Names::Each(coordinates.iter().map(|name| format!("{stem}_{name}")).collect()));
+    let each = |stem: &str| Some(NamePattern::Each(coordinates.iter().map(|name| format!("{stem}_{name}")).collect()));
     ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }
 }
 
@@ -209,8 +209,8 @@ fn mistakes_of_columns_are_named_and_not_zeros() {
 
 /// The same postures, read from the columns that are named.
 fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
-    let chosen = |given: &Option<Names>, stem: &str, rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
-        let Some(Names::Each(each)) = given else { return rows.to_vec() };
+    let chosen = |given: &Option<NamePattern>, stem: &str, rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        let Some(NamePattern::Each(each)) = given else { return rows.to_vec() };
         let place = |name: &String| {
             let plain = name.trim_start_matches('-').trim_start_matches(stem);
             (

@@ -124,7 +124,7 @@ fn the_description_is_the_machine() {
         let truth = truth(&situation.machine.chain, model.regressor(), &[]);
         // Angles of the text have sixteen digits; the condition of the columns is some thousand at most.
         assert!(truth.left < 1e-9, "seed {seed}: {:e}", truth.left);
-        let described = model.described_parameters().unwrap_or_default();
+        let described = model.nominal_parameters().unwrap_or_default();
         assert_eq!(described.len(), truth.base.len());
         let size = truth.base.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for (a, b) in described.iter().zip(&truth.base) {

@@ -4,7 +4,7 @@ use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use linear_model::regressor::Regressor;
-use logs::{ColumnNames, LogSource, Names, Table};
+use logs::{ColumnNames, LogSource, NamePattern, Table};
 use random::Random;
 use rist::{Identification, IdentifyRequest, Model, examine, identify};
 use tests::tape_robot::TapeRobot;
@@ -37,7 +37,7 @@ fn log(arm: &TapeRobot, gains: [f64; 2], noise: f64, random: &mut Random) -> Tab
 }
 
 fn goals() -> ColumnNames {
-    ColumnNames { goal: Some(Names::Pattern("goal_{joint}".into())), ..ColumnNames::default() }
+    ColumnNames { goal: Some(NamePattern::Pattern("goal_{joint}".into())), ..ColumnNames::default() }
 }
 
 fn options() -> Options {
@@ -85,7 +85,7 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     let one_gain = [40.0; 2];
     let table = log(&arm, one_gain, 1e-5, &mut random);
     let is_said = |found: &Identification| {
-        let shown = format!("{} {}", found.estimate, found.passport.untold.join("\n"));
+        let shown = format!("{} {}", found.estimate, found.log_check.not_checked.join("\n"));
         assert_eq!(shown.contains(OWN_SCALE), found.estimate.remarks.iter().any(|r| r.contains(OWN_SCALE)));
         shown.contains(OWN_SCALE)
     };
@@ -107,10 +107,10 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     assert!(!is_said(&found(&model, torques, &ColumnNames::default(), &[])));
     // The gains that the description implies are those of the servos.
     let (log, _) = model.log_of_table(table, &goals()).unwrap();
-    let passport = examine(&model, &[log], &options()).unwrap();
-    let said = passport.untold.join("\n");
+    let log_check = examine(&model, &[log], &options()).unwrap();
+    let said = log_check.not_checked.join("\n");
     assert!(said.contains("by the description about [gain=q1=40.") && said.contains(",q2=40."), "{said}");
-    assert!(passport.findings.is_empty(), "{passport}");
+    assert!(log_check.findings.is_empty(), "{log_check}");
 }
 
 /// Servos of different gains, in ticks: nothing is held against the log but that their torques do not fit together, and the
@@ -124,9 +124,9 @@ fn gains_that_differ_are_told_by_the_description() {
     let mut names = goals();
     names.units.position = Some("ticks(65536)".into());
     let found = found(&model, table, &names, &[]);
-    let said = found.passport.untold.join("\n");
+    let said = found.log_check.not_checked.join("\n");
     assert!(said.contains("[gain=q1=60.") && said.contains(",q2=25."), "{said}");
-    assert!(!found.passport.is_gross(), "{:?}", found.passport.findings);
+    assert!(!found.log_check.is_gross(), "{:?}", found.log_check.findings);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn what_is_no_goal_is_refused() {
     let table = log(&arm, GAINS, NOISE, &mut Random::new(3));
     let refused =
         |table: Table, names: &ColumnNames| model.log_of_table(table, names).map(drop).unwrap_err().to_string();
-    let beside = ColumnNames { torque: Some(Names::Pattern("tau{}".into())), ..goals() };
+    let beside = ColumnNames { torque: Some(NamePattern::Pattern("tau{}".into())), ..goals() };
     let mut constant = table.clone();
     constant.columns[5].fill(0.25);
     let mut equal = table.clone();

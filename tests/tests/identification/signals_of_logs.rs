@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use identification::estimate::log_check::LogCheck;
+use identification::estimate::log_check::finding::Fault;
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::Fault;
 use logs::LogSource;
 use rist::fit::doctor::claims_of_log;
 use rist::fit::samples::Identification;
@@ -20,7 +20,7 @@ fn opened(model: &Model, log: &JointLog, name: &str) -> LogSource {
     log.opened(model, &folder("signals").join(format!("{name}.csv")))
 }
 
-fn look(model: &Model, log: &JointLog, name: &str) -> Passport {
+fn look(model: &Model, log: &JointLog, name: &str) -> LogCheck {
     rist::examine(model, &[opened(model, log, name)], &Options::default()).unwrap()
 }
 
@@ -49,8 +49,8 @@ fn rows_of_two_publishers_are_named_and_spikes_are_not() {
     assert!(look(&model, &good, "one_source").findings.is_empty());
     for (name, every, scale) in [("halves", 2, 0.0), ("thirds", 3, 0.0), ("another_unit", 2, 0.1)] {
         let log = mixed(&good, |r| r % every == 1, |x| scale * x);
-        let passport = look(&model, &log, name);
-        let [finding] = passport.findings.as_slice() else { panic!("{name}: {:?}", passport.findings) };
+        let log_check = look(&model, &log, name);
+        let [finding] = log_check.findings.as_slice() else { panic!("{name}: {:?}", log_check.findings) };
         assert!(matches!(finding.fault, Fault::TwoSources(_)), "{name}: {finding}");
         assert_eq!(finding.evidence.contains("there it is zero"), scale == 0.0, "{finding}");
     }
@@ -58,7 +58,7 @@ fn rows_of_two_publishers_are_named_and_spikes_are_not() {
     assert!(!look(&model, &spiked, "spikes").findings.iter().any(|f| matches!(f.fault, Fault::TwoSources(_))));
     // What is made of it is not to be trusted, and the way out is the first thing that is said.
     let halves = opened(&model, &mixed(&good, |r| r % 2 == 1, |_| 0.0), "halves_fitted");
-    let verdict = identified(&model, halves, &Options::default()).judged(&model, &[], false).unwrap().verdict;
+    let verdict = identified(&model, halves, &Options::default()).verdict_of_logs(&model, &[], false).unwrap().verdict;
     assert!(verdict.to_string().contains("are of another source"), "{verdict}");
 }
 
@@ -74,8 +74,8 @@ fn words_without_their_sign_are_named_with_what_mends_them() {
             true => -word - x,
             false => x,
         };
-        let passport = look(&model, &changed(&counts, |log| each(&mut log.tau, read)), "words");
-        let [finding] = passport.findings.as_slice() else { panic!("{:?}", passport.findings) };
+        let log_check = look(&model, &changed(&counts, |log| each(&mut log.tau, read)), "words");
+        let [finding] = log_check.findings.as_slice() else { panic!("{:?}", log_check.findings) };
         assert!(finding.fault == Fault::RawWords && finding.remedy.contains(said), "{finding}");
         // At least the base and the wrists change their sign often.
         assert!(finding.joints.len() >= 3 && finding.joints[0] == "shoulder_pan", "{finding}");
@@ -166,9 +166,9 @@ fn columns_of_rates_are_claimed_by_their_slopes() {
         let path = folder("signals").join(format!("{name}.csv"));
         std::fs::write(&path, with_columns(&good, filter, is_acceleration)).unwrap();
         let (source, _) = model.open_log(&path, &Default::default()).unwrap();
-        let passport = rist::examine(&model, &[source], &Options::default()).unwrap();
-        let claims: Vec<String> = claims_of_log(&passport, &[]).iter().map(ToString::to_string).collect();
-        assert!(passport.findings.is_empty(), "{name}: {:?}", passport.findings);
+        let log_check = rist::examine(&model, &[source], &Options::default()).unwrap();
+        let claims: Vec<String> = claims_of_log(&log_check, &[]).iter().map(ToString::to_string).collect();
+        assert!(log_check.findings.is_empty(), "{name}: {:?}", log_check.findings);
         ["velocity column", "acceleration column"]
             .map(|column| claims.iter().find(|c| c.starts_with(column)).cloned().unwrap())
     };
@@ -246,7 +246,7 @@ fn a_chattering_drive_does_not_decide_the_cutoff() {
         (1..=8).map(|k| public(&model, &folder.join(format!("e0{k}.csv.gz")), &options).unwrap()).collect();
     let found = rist::identify(&model, &logs, &request(&options)).unwrap();
     assert!(found.estimate.cutoff.unwrap() < 50.0, "{:?}", found.estimate.cutoff);
-    assert!(found.passport.findings.is_empty(), "{:?}", found.passport.findings);
+    assert!(found.log_check.findings.is_empty(), "{:?}", found.log_check.findings);
     let described = found.described_parameters.as_ref().unwrap();
     let largest = described.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for (p, truth) in found.estimate.parameters.iter().zip(described).filter(|(_, x)| x.abs() > 0.2 * largest) {

@@ -2,7 +2,7 @@
 
 use experiments::motion::record::Record;
 use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
@@ -11,7 +11,7 @@ use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use identification::spectrum::rist_mh::effects::Effect;
 use numerics::fourier as spectrum;
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use tests::benchmark::arms::{NO_FRICTION, NOISE, r3_arm, race_arm};
 use tests::benchmark::candidates::{r3_candidates, race_candidates};
 use tests::benchmark::gain_monte_carlo::GainComparison;
@@ -147,14 +147,14 @@ fn the_hold_delays_by_half_a_sample() {
 fn plans_are_certified() {
     let candidates = r3_candidates(&r3(true), true);
     assert_eq!(candidates.len(), 384);
-    let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
-    let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
+    let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
+    let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
     let bound = determinant_bound(&information, 1e-2, 2000);
     assert!(bound.gap <= 1e-2 && (bound.log_det - 248.70).abs() <= 0.01, "{} {}", bound.log_det, bound.gap);
     let condition = condition_bound(&raw, 1e-3, 2000);
     assert!((condition.bound - 22.10).abs() < 0.02, "{condition:?}");
     for (count, efficiency, ratio) in [(8, 0.81, 1.18), (12, 0.965, 1.08), (16, 0.99, 1.05)] {
-        let search = Search { starts: 16, ..Search::default() };
+        let search = SearchEffort { starts: 16, ..SearchEffort::default() };
         let plan = exchange(&information, count, Criterion::Determinant, &search, &|_, _, _| ());
         let certain = certified_efficiency(plan.value, count, 15, &bound);
         assert!(certain >= efficiency && certain <= 1.0, "{count}: {certain}");
@@ -162,7 +162,7 @@ fn plans_are_certified() {
         let ratio_found = (-plan.value).exp() / condition.bound;
         assert!((1.0..=ratio).contains(&ratio_found), "{count}: {ratio_found}");
     }
-    let golden: Vec<Rows> = golden_plan()
+    let golden: Vec<WeightedRows> = golden_plan()
         .into_iter()
         .map(|t| experiments::plan::candidates::Candidate::new(t, &r3(true), &NOISE).information)
         .collect();

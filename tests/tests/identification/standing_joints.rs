@@ -79,7 +79,7 @@ fn judged(model: &Model, file: &str, joint: usize, standing: Standing, consisten
     let (source, _) = model.open_log(&path, &Default::default()).unwrap();
     let request = IdentifyRequest { consistent, ..Default::default() };
     let mut found = rist::identify(model, &[source], &request).unwrap();
-    let verdict = found.judged(model, &[], false).unwrap().verdict;
+    let verdict = found.verdict_of_logs(model, &[], false).unwrap().verdict;
     let at = format!("{file}, joint {}, {} +- {}", joint + 1, standing.pose, standing.noise);
     for p in &found.estimate.parameters {
         let is_possible = |x: Option<f64>| x.is_none_or(|x| x.abs() < LARGEST_PARAMETER);

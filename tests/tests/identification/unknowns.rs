@@ -1,13 +1,13 @@
 //! Mount, zeros, scales and springs as unknowns beside the parameters: on logs of the simulator of `random_situations`
 //! each comes out within its own deviation, and the parameters with it.
 
-use identification::estimate::ledger::hypotheses::Hypothesis;
+use identification::estimate::claims::hypotheses::Hypothesis;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::signals::transmission::Transmission;
 use logs::{ColumnNames, LogSource, Table};
 use nalgebra::{Rotation3, Vector3};
 use rist::fit::samples::Identification;
-use rist::request::{IdentifyRequest, Unknown};
+use rist::request::{IdentifyRequest, UnknownKind};
 use rist::{Model, ModelOptions};
 use tests::random_situations::Situation;
 use tests::random_situations::defects::{Defect, Kind};
@@ -25,7 +25,7 @@ fn situation(seed: u64, kind: Kind, joint: usize, size: f64) -> Situation {
     Situation { sensors, ..Situation::with(seed, machine, vec![defect]) }
 }
 
-fn identified(situation: &Situation, unknowns: &[Unknown]) -> Identification {
+fn identified(situation: &Situation, unknowns: &[UnknownKind]) -> Identification {
     identified_by(situation, |request| request.samples.unknowns = unknowns.to_vec())
 }
 
@@ -54,7 +54,7 @@ fn assert_true(
     let mut told = 0;
     for k in 0..value.len() {
         let Some(step) = found.decided.unknowns.iter().find(|s| s.of == of(k)) else { continue };
-        let Some((_, deviation)) = step.told else { continue };
+        let Some((_, deviation)) = step.identified else { continue };
         let (off, deviation) = (value[k] - exact[k], deviation * share[k]);
         assert!(off.abs() < DEVIATIONS * deviation, "seed {seed}, {k}: {} for {} +- {deviation}", value[k], exact[k]);
         told += 1;
@@ -67,7 +67,7 @@ fn assert_true(
 fn zeros_come_out() {
     for seed in [5, 25] {
         let situation = situation(seed, Kind::Zero, 1, 0.12);
-        let found = identified(&situation, &[Unknown::Zeros]);
+        let found = identified(&situation, &[UnknownKind::Zeros]);
         let offsets = found.estimate.options.as_ref().unwrap().transmission.offsets.clone().unwrap();
         let exact: Vec<f64> = (0..offsets.len()).map(|k| zero(&situation.machine, &situation.defects, k)).collect();
         assert_true(seed, &found, Hypothesis::Zero, &offsets, &exact, &vec![1.0; offsets.len()]);
@@ -90,8 +90,8 @@ fn assert_held_are_said(found: &Identification) -> usize {
     let zeros: Vec<_> = found.decided.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
     assert_eq!(said.len(), zeros.len(), "{said:?}");
     for (said, zero) in said.iter().zip(&zeros) {
-        assert_eq!(said.ends_with(" is held to what it was"), zero.told.is_some() && zero.is_prior, "{said}");
-        assert_eq!(said.contains(" +- "), zero.told.is_some() && !zero.is_prior, "{said}");
+        assert_eq!(said.ends_with(" is held to what it was"), zero.identified.is_some() && zero.is_prior, "{said}");
+        assert_eq!(said.contains(" +- "), zero.identified.is_some() && !zero.is_prior, "{said}");
     }
     zeros.iter().filter(|zero| zero.is_prior).count()
 }
@@ -104,7 +104,7 @@ fn a_zero_about_gravity_is_held_and_said() {
     let log = tests::workspace().join("docs/ur5/log.csv");
     let (log, _) = model.open_log(&log, &ColumnNames::default()).unwrap();
     let mut request = IdentifyRequest::default();
-    request.samples.unknowns = vec![Unknown::Zeros, Unknown::Mount];
+    request.samples.unknowns = vec![UnknownKind::Zeros, UnknownKind::Mount];
     let found = rist::identify(&model, &[log], &request).unwrap();
     let said = zeros_said(&found);
     assert!(said[0].starts_with("shoulder_pan cannot be told and is held to what it was"), "{said:?}");
@@ -117,7 +117,7 @@ fn a_zero_about_gravity_is_held_and_said() {
 fn scales_come_out() {
     for seed in [5, 25] {
         let situation = situation(seed, Kind::ScaleOfJoint, 1, 0.22);
-        let found = identified(&situation, &[Unknown::Scales]);
+        let found = identified(&situation, &[UnknownKind::Scales]);
         let scales = found.estimate.options.as_ref().unwrap().transmission.scales.clone().unwrap();
         let mut exact = vec![1.0; scales.len()];
         exact[1] = situation.defects[0].factor();
@@ -130,7 +130,7 @@ fn scales_come_out() {
 fn springs_come_out() {
     for seed in [5, 25] {
         let situation = situation(seed, Kind::Spring, 1, 0.5);
-        let found = identified(&situation, &[Unknown::Springs]);
+        let found = identified(&situation, &[UnknownKind::Springs]);
         let springs = found.estimate.options.as_ref().unwrap().transmission.springs.clone().unwrap();
         let mut exact = vec![0.0; springs.len()];
         exact[1] = situation.defects[0].size * situation.machine.size[1] / situation.machine.chain.joints[1].range;
@@ -143,13 +143,14 @@ fn springs_come_out() {
 fn the_mount_comes_out() {
     for seed in [5, 25] {
         let situation = situation(seed, Kind::Tilt, 0, 0.35);
-        let found = identified(&situation, &[Unknown::Mount]);
+        let found = identified(&situation, &[UnknownKind::Mount]);
         let model = situation.model();
         let gravity = found.used(&model).robot.gravity_number();
         let exact = situation.defects[0].tilted(situation.machine.chain.gravity);
         let off = (0..3).map(|i| (gravity[i] - exact[i]).powi(2)).sum::<f64>().sqrt() / 9.81;
-        let both = (0..2)
-            .filter_map(|axis| Some(found.decided.unknowns.iter().find(|s| s.of == Hypothesis::Mount(axis))?.told?.1));
+        let both = (0..2).filter_map(|axis| {
+            Some(found.decided.unknowns.iter().find(|s| s.of == Hypothesis::Mount(axis))?.identified?.1)
+        });
         let deviation = both.map(|deviation| deviation * deviation).sum::<f64>().sqrt();
         assert!(deviation > 0.0 && off < DEVIATIONS * deviation, "seed {seed}: {off} rad +- {deviation}");
         let said = &found.estimate.remarks[0];
@@ -195,7 +196,7 @@ fn any_mount_comes_out_and_is_made_again() {
     for seed in [5, 25] {
         for [roll, pitch] in MOUNTS {
             let (situation, exact) = mounted(seed, [roll, pitch]);
-            let found = identified(&situation, &[Unknown::Mount]);
+            let found = identified(&situation, &[UnknownKind::Mount]);
             let model = situation.model();
             let used = found.used(&model);
             let off = Vector3::from(used.robot.gravity_number()).angle(&exact).to_degrees();
@@ -227,8 +228,8 @@ fn the_line_that_a_verdict_prints_is_where_gravity_is() {
     for [roll, pitch] in &MOUNTS[1..] {
         let (situation, exact) = mounted(25, [*roll, *pitch]);
         let found = identified(&situation, &[]);
-        let mount = found.passport.findings.iter().find(|f| f.remedy.contains("[base="));
-        let remedy = &mount.unwrap_or_else(|| panic!("{roll} {pitch}: {:?}", found.passport.findings)).remedy;
+        let mount = found.log_check.findings.iter().find(|f| f.remedy.contains("[base="));
+        let remedy = &mount.unwrap_or_else(|| panic!("{roll} {pitch}: {:?}", found.log_check.findings)).remedy;
         let [roll, pitch, yaw] = printed_base(remedy);
         let turn = Rotation3::from_euler_angles(roll, pitch, yaw);
         let off = (turn.inverse() * Vector3::new(0.0, 0.0, -9.81)).angle(&exact).to_degrees();
@@ -243,7 +244,7 @@ fn the_line_that_a_verdict_prints_is_where_gravity_is() {
 fn the_mount_of_a_log_of_currents() {
     let situation = situation(5, Kind::Tilt, 0, 0.35);
     let model = situation.model();
-    let torques = identified(&situation, &[Unknown::Mount]);
+    let torques = identified(&situation, &[UnknownKind::Mount]);
     let mut table = situation.log(0);
     let gains: Vec<(String, Gain)> =
         model.regressor().coordinates().iter().map(|name| (name.clone(), Gain::Known(4.0))).collect();
@@ -254,7 +255,7 @@ fn the_mount_of_a_log_of_currents() {
         table.columns[k].iter_mut().for_each(|x| *x *= 0.25);
     }
     let mut request = IdentifyRequest::default();
-    request.samples.unknowns = vec![Unknown::Mount];
+    request.samples.unknowns = vec![UnknownKind::Mount];
     request.samples.gain = gains;
     let currents = rist::identify(&model, &[log(&model, table)], &request).unwrap();
     assert_eq!(currents.estimate.description, torques.estimate.description);
@@ -266,7 +267,7 @@ fn the_mount_of_a_log_of_currents() {
 fn springs_that_are_not_told_are_not_taken() {
     for seed in [5, 25] {
         let situation = situation(seed, Kind::Spring, 1, 0.0);
-        let (found, plain) = (identified(&situation, &[Unknown::Springs]), identified(&situation, &[]));
+        let (found, plain) = (identified(&situation, &[UnknownKind::Springs]), identified(&situation, &[]));
         assert_eq!(found.estimate.options.as_ref().unwrap().transmission, Transmission::default(), "seed {seed}");
         assert_eq!(found.estimate.parameters, plain.estimate.parameters, "seed {seed}");
         let said = &found.estimate.remarks[0];
@@ -277,7 +278,7 @@ fn springs_that_are_not_told_are_not_taken() {
             "{said}"
         );
         // A spring that is there is taken alone, and the others are named.
-        let found = identified(&self::situation(seed, Kind::Spring, 1, 0.5), &[Unknown::Springs]);
+        let found = identified(&self::situation(seed, Kind::Spring, 1, 0.5), &[UnknownKind::Springs]);
         let springs = found.estimate.options.as_ref().unwrap().transmission.springs.clone().unwrap();
         let taken: Vec<usize> = (0..springs.len()).filter(|&k| springs[k] != 0.0).collect();
         assert_eq!(taken, [1], "seed {seed}: {}", found.estimate.remarks[0]);

@@ -142,7 +142,7 @@ fn logs_of_one_fit_predict_each_other() {
     ];
     files.iter().for_each(|(name, log)| log.write(&here.join(name), names));
     let trust = |logs: &[&str]| verdict(&rist(&here, &[&["identify", &ur5], logs].concat()))[1].clone();
-    let predicted = "a log is predicted by parameters from the others with";
+    let predicted = "relative residual of each log, predicted by parameters from the others with";
     let alone = trust(&["a.csv"]);
     assert!(!alone.contains(predicted), "{alone}");
     let together = trust(&["a.csv", "b.csv"]);
@@ -200,12 +200,12 @@ fn a_validation_judges_its_own_residual() {
     let heavy: Vec<f64> = described.iter().map(|x| 1.4 * x).collect();
     swinging(&model.robot, &heavy, 1.2, 0.0).write(&here.join("a.csv"), names);
     swinging(&model.robot, &described, 0.8, 0.0).write(&here.join("b.csv"), names);
-    assert!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).out.contains("what is left"));
+    assert!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).out.contains("residual"));
     let run = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
     let found = verdict(&run);
     assert_eq!(run.code, Some(1), "{found:?}");
     assert!(found[1].starts_with("trust: no\n  - the description predicts the other log better"), "{found:?}");
-    assert!(!run.out.contains("what is left"), "{}", run.out);
+    assert!(!run.out.contains("residual"), "{}", run.out);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Ver
     let source = log.opened(model, &folder("written").join(file));
     let request = IdentifyRequest { consistent: true, ..Default::default() };
     let mut found = rist::identify(model, &[source], &request).unwrap();
-    let verdict = found.judged(model, &[], false).unwrap().verdict;
+    let verdict = found.verdict_of_logs(model, &[], false).unwrap().verdict;
     let base = &found.estimate.parameters[..model.parameters.len()];
     let written = base.iter().map(|p| p.prediction()).collect();
     (found, verdict, written)
@@ -46,7 +46,7 @@ fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Ver
 fn a_written_description_is_nearer_the_truth() {
     for (file, amplitude) in [("ur5.urdf", 1.2), ("puma560.yaml", 1.0), ("kuka_lwr.yaml", 0.8), ("ur5.urdf", 0.3)] {
         let model = Model::read(model_path(file)).unwrap();
-        let of_description = model.described_parameters().unwrap();
+        let of_description = model.nominal_parameters().unwrap();
         for seed in 0..6 {
             let is_exact = seed == 0;
             let truth = if is_exact { described(&model.robot) } else { unlike(&model.robot, seed) };
@@ -75,7 +75,7 @@ fn a_written_description_is_nearer_the_truth() {
 #[test]
 fn the_weight_of_a_slide_is_in_its_bodies() {
     let model = Model::read(model_path("scara.yaml")).unwrap();
-    let before = model.described_parameters().unwrap();
+    let before = model.nominal_parameters().unwrap();
     let slide = model.coordinate("q4").unwrap();
     let at_rest = |x: &[f64]| {
         let mut y = vec![0.0; 4 * x.len()];

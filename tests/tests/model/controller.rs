@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use experiments::motion::reference_motion::Reference;
-use experiments::simulate::closed_loop::{Controller, Drives, Simulation, Steps, Stop};
+use experiments::simulate::closed_loop::{Drives, JointPd, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use linear_model::friction::law::FrictionLaw;
 use tests::joint_log::Machine;
@@ -94,7 +94,7 @@ fn rms(record: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
 /// Writes the controller with what is identified from a log of the machine.
 fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: &[f64], coulomb: &[f64]) {
     let amplitude = vec![0.9; model.robot.n_coordinates()];
-    let standard = model.described_standard_parameters().unwrap();
+    let standard = model.nominal_standard_parameters().unwrap();
     let machine = Machine {
         viscous,
         coulomb,
@@ -119,7 +119,7 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
     for file in ["planar2r_vertical.yaml", "ur5.yaml", "rx90.yaml", "stanford.yaml", "panda.yaml"] {
         let model = rist::Model::read(model_path(file)).unwrap();
         let (n, here) = (model.robot.n_coordinates(), folder(&format!("controller_{}", model.robot.name)));
-        let truth = model.described_parameters().unwrap();
+        let truth = model.nominal_parameters().unwrap();
         let dynamics = RegressorDynamics::new(model.regressor(), truth);
         // The inertia of each joint where it begins, and friction of a fiftieth of what moves it at 10 rad/s^2.
         let (mut inertia, mut bias) = (vec![0.0; n * n], vec![0.0; n]);
@@ -130,7 +130,7 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
         controller_from_a_log(&here, file, &model, &viscous, &coulomb);
 
         let reference = motion(n, 0.4);
-        let controller = Controller {
+        let controller = JointPd {
             proportional: inertia.iter().map(|j| j * W * W).collect(),
             derivative: inertia.iter().map(|j| 2.0 * j * W).collect(),
             velocity_pole: 900.0,
@@ -186,7 +186,7 @@ fn torques_are_cut_at_their_limits() {
         Program::started(&here, name, n, "gravity_compensation", &["q", "limit"], &format!("q, {x}, limit"));
     let (wide, q) = ([1e6; 2], [0.4, -0.3]);
     let free = program.answer(&[&q, &wide]);
-    let truth = model.described_parameters().unwrap();
+    let truth = model.nominal_parameters().unwrap();
     let (mut a, mut expected) = ([0.0; 4], [0.0; 2]);
     RegressorDynamics::new(model.regressor(), truth).fill(&q, &[0.0; 2], &mut a, &mut expected);
     for (found, expected) in free.iter().zip(expected) {

@@ -1,6 +1,6 @@
 //! Loops closed numerically: against the same loops closed by affine functions, and against energy.
 
-use modeling::{Derivation, Open};
+use modeling::{Derivation, NotClosed};
 use robot::{
     Affine, CoordinateId, JointKind, LinkId, Loop, LoopFrame, ModifiedDh, PassiveCoordinate, Robot, SymbolId, Value,
 };
@@ -141,5 +141,5 @@ fn what_does_not_close_is_said() {
     let flat = four_bar([0.3, 0.6, 0.3, 0.6]);
     let derivation = Derivation::new(&flat).unwrap();
     let outcome = derivation.closure().unwrap().solve(&[0.0], Some(&[0.0, 0.0, 0.0]));
-    assert!(matches!(outcome, Err(Open::Singular { .. })), "{outcome:?}");
+    assert!(matches!(outcome, Err(NotClosed::Singular { .. })), "{outcome:?}");
 }

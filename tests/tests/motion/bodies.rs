@@ -5,7 +5,7 @@ use std::path::Path;
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
-use experiments::excitation::proof::{CertificateRow, Kept};
+use experiments::excitation::proof::{CertificateRow, LimitProof};
 use experiments::excitation::space_limits::Floor;
 use rist::Model;
 use rist::request::ExciteRequest;
@@ -110,7 +110,10 @@ fn bodies_keep_their_distance_between_samples_too() {
         artefact.certificate.iter().filter(|r| r.limit == LimitKind::Distance).map(|r| r.subject.as_str()).collect();
     assert_eq!(gaps, ["column and post", "upper and post", "fore and post", "fore and column"]);
     assert!(
-        artefact.certificate.iter().any(|r| r.subject == "fore at the greatest y of the box" && r.kept == Kept::Proven)
+        artefact
+            .certificate
+            .iter()
+            .any(|r| r.subject == "fore at the greatest y of the box" && r.kept == LimitProof::Proven)
     );
 
     // A hundred times the samples, and a geometry of its own.
@@ -181,7 +184,7 @@ fn impossible_rooms_get_an_answer() {
     let model = Model::parse(&text, Path::new("nowhere/arm.urdf"), &Default::default()).unwrap();
     let request = ExciteRequest { starts: 1, iterations: 2, period: Some(6.0), ..ExciteRequest::default() };
     let found = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
-    let said = found.ledger().left_out_sentences();
+    let said = found.claims().left_out_sentences();
     let unread = "not looked at, because mesh package://arm/fore.stl: there is no";
     for subject in ["distance of fore: ", "floor of fore: "] {
         assert!(said.iter().any(|s| s.starts_with(&format!("{subject}{unread}"))), "{subject}: {said:?}");

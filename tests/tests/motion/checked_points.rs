@@ -141,7 +141,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     // A share of 0.9 is asked for at the instants of a period that are looked at.
     assert!(most > 0.3 && most < 0.95, "{most}");
     assert!(planned.checked.iter().all(|(_, checked)| checked.is_proven()) && planned.checked.len() == 6);
-    let last = planned.checked[0].1.ledger().to_string();
+    let last = planned.checked[0].1.claims().to_string();
     assert!(last.contains("distance of ") && last.contains("effort of 6"), "{last}");
     let limited = |text: &str| LimitsFile::from_yaml("limits.yaml", text).unwrap();
     for (text, said) in [

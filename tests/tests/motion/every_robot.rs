@@ -42,7 +42,7 @@ fn robots_get_a_motion() {
         let request = ExciteRequest { starts: 1, iterations: 5, repetitions: 1, ..ExciteRequest::default() };
         match rist::excite(&model, &request, &|_, _, _| ()) {
             Ok(motion) => {
-                assert!(motion.proven, "{}: {:?}", robot.name, motion.ledger().faults());
+                assert!(motion.proven, "{}: {:?}", robot.name, motion.claims().faults());
                 held(robot.name, &motion);
                 let file = path.with_extension("json");
                 std::fs::write(&file, serde_json::to_string(&motion).unwrap()).unwrap();

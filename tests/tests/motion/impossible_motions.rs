@@ -52,7 +52,7 @@ fn impossible_limits_get_an_answer() {
         ("all: {locked: 0}", vec!["every coordinate is locked: unlock one in the limits file"]),
         (
             "coordinates: {q2: {position: [1.5, 1]}}",
-            vec!["coordinate q2: the limits of position leave no room: from 1.5 to 1"],
+            vec!["coordinate q2: the limits of position are empty: from 1.5 to 1"],
         ),
         ("coordinates: {q2: {position: [-3, 1]}}", vec!["coordinate q2: position -3 to 1", "only tighten"]),
         ("coordinates: {q1: {velocity: 6}}", vec!["coordinate q1: velocity 6 of the limits file is above 5"]),

@@ -10,7 +10,7 @@ use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use linear_model::friction::terms::FrictionTerm;
 use nalgebra::{Cholesky, DMatrix};
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{InformationMatrix, WeightedRows};
 use rist::Model;
 use rist::motion::planning::PlanRequest;
 use tests::program::{estimate, folder, motion, rist as run};
@@ -18,19 +18,19 @@ use tests::promise::{columns, information};
 use tests::workspace;
 
 /// What an estimate tells: the inverse of its covariance, as rows.
-fn known(model: &Model, estimate: &Estimate) -> Rows {
+fn known(model: &Model, estimate: &Estimate) -> WeightedRows {
     let columns = columns(model, &FrictionTerm::STANDARD);
     let place: Vec<usize> =
         columns.iter().map(|id| estimate.parameters.iter().position(|p| p.id == *id).unwrap()).collect();
     let covariance = DMatrix::from_fn(columns.len(), columns.len(), |i, j| estimate.covariance[place[i]][place[j]]);
     let upper = Cholesky::new(Cholesky::new(covariance).unwrap().inverse()).unwrap().l().transpose();
-    let mut rows = Rows::new(columns.len());
+    let mut rows = WeightedRows::new(columns.len());
     upper.row_iter().for_each(|row| rows.push(&row.iter().copied().collect::<Vec<_>>()));
     rows
 }
 
 /// det^(1/p) of what these tell together.
-fn determinant(rows: &[&Rows]) -> f64 {
+fn determinant(rows: &[&WeightedRows]) -> f64 {
     let p = rows[0].width();
     let factor = InformationMatrix::sum(p, 0.0, rows.iter().map(|r| (*r, 1.0))).factor().unwrap();
     (factor.log_det / p as f64).exp()
@@ -74,7 +74,7 @@ fn a_second_motion_shows_what_the_first_left_open() {
 
 /// A bound on log det of plans between `low` and `high`, from the tangent at a design, as a reader of plan.yaml would do
 /// it: no code of the search but the Cholesky factor.
-fn leaf_bound(blocks: &[Rows], design: &[(usize, f64)], low: &[usize], high: &[usize], count: usize) -> f64 {
+fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], high: &[usize], count: usize) -> f64 {
     let (p, least) = (blocks[0].width(), low.iter().sum::<usize>());
     if least > count || high.iter().sum::<usize>() < count {
         return f64::NEG_INFINITY;
@@ -99,15 +99,15 @@ fn leaf_bound(blocks: &[Rows], design: &[(usize, f64)], low: &[usize], high: &[u
 }
 
 /// Whether rows have the same W'W up to rounding of their columns, which is of the size of one.
-fn is_equal(a: &Rows, b: &Rows) -> bool {
-    let of = |rows: &Rows, i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
+fn is_equal(a: &WeightedRows, b: &WeightedRows) -> bool {
+    let of = |rows: &WeightedRows, i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
     let size = |i: usize, j: usize| (of(a, i, i) * of(a, j, j)).sqrt() + 1e-6 * a.trace();
     let entries = (0..a.width()).flat_map(|i| (0..=i).map(move |j| (i, j)));
     entries.into_iter().all(|(i, j)| (of(a, i, j) - of(b, i, j)).abs() <= 1e-6 * size(i, j))
 }
 
 /// The bound of a whole proof: that of its worst leaf.
-fn proven_bound(blocks: &[Rows], proof: &PlanProof, count: usize) -> f64 {
+fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64 {
     let mut worst = f64::NEG_INFINITY;
     // What is left out is there a second time.
     let mut high = vec![count; blocks.len()];
@@ -143,7 +143,7 @@ fn proven_bound(blocks: &[Rows], proof: &PlanProof, count: usize) -> f64 {
 /// The motions that a plan of this request chooses from, in the order of its proof.
 fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
     let limits = motion_limits(&model.robot).0;
-    let dynamics = RegressorDynamics::new(model.regressor(), model.described_parameters().unwrap());
+    let dynamics = RegressorDynamics::new(model.regressor(), model.nominal_parameters().unwrap());
     let noise = SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise;
     let grid = CandidateGrid {
         profile: request.profile,
@@ -161,26 +161,26 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
 fn efficiency_by_hand(
     model: &Model,
     request: &PlanRequest,
-) -> (rist::motion::planning::ExperimentPlan, f64, Vec<Rows>, f64) {
+) -> (rist::motion::planning::ExperimentPlan, f64, Vec<WeightedRows>, f64) {
     tests::register_wings();
     let planned = rist::plan(model, request, &|_, _, _| ()).unwrap().plan;
     let read = rist::motion::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
     assert_eq!(read, planned);
     let proof = read.proof.as_ref().unwrap();
     let candidates = candidates_of(model, request);
-    let blocks: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
+    let blocks: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
     // Columns of like size, for the Cholesky factor: log det grows by what they are scaled with.
     let p = blocks[0].width() as f64;
     let square = |c: usize| blocks.iter().flat_map(|b| b.iter()).map(|row| row[c] * row[c]).sum::<f64>();
     let scale: Vec<f64> = (0..blocks[0].width()).map(|c| square(c).sqrt().recip()).collect();
     let shift = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
-    let scaled: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
+    let scaled: Vec<WeightedRows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
     let bound = proven_bound(&scaled, proof, request.experiments) - shift;
     // Two ways to add the same few hundred numbers.
     assert!(bound <= proof.log_det_at_most + 1e-8, "{bound} {}", proof.log_det_at_most);
     let trajectories = read.trajectories("plan.yaml").unwrap();
     let place = |t: &ExcitingTrajectory| candidates.iter().position(|c| c.trajectory == *t).unwrap();
-    let chosen: Vec<&Rows> = trajectories.iter().map(|t| &scaled[place(t)]).collect();
+    let chosen: Vec<&WeightedRows> = trajectories.iter().map(|t| &scaled[place(t)]).collect();
     let of_plan = InformationMatrix::sum(p as usize, 0.0, chosen.iter().map(|r| (*r, 1.0)));
     let reached = of_plan.factor().unwrap().log_det - shift;
     (planned, ((reached - bound) / p).exp(), scaled, shift)

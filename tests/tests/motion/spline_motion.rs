@@ -4,7 +4,7 @@
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
 use experiments::excitation::motion::Motion;
-use experiments::excitation::proof::Kept;
+use experiments::excitation::proof::LimitProof;
 use experiments::simulate::dynamics::torque;
 use rist::Model;
 use robot::value::CoordinateId;
@@ -33,7 +33,7 @@ fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]
 /// Kinematic limits, and torques and powers over a period, at a hundred times the rate of the file.
 fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
     assert_eq!(violations(artefact, 100.0).0, 0);
-    let parameters = model.described_parameters().unwrap();
+    let parameters = model.nominal_parameters().unwrap();
     let count = (motion.shape.period() * motion.rate * 100.0) as usize;
     let mut greatest = 0.0_f64;
     for i in 0..=count {
@@ -74,7 +74,9 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     );
     let artefact = program::motion(&folder.join("motion.yaml"));
     assert!(
-        artefact.proven && artefact.blend_s.is_none() && artefact.certificate.iter().all(|r| r.kept == Kept::Proven)
+        artefact.proven
+            && artefact.blend_s.is_none()
+            && artefact.certificate.iter().all(|r| r.kept == LimitProof::Proven)
     );
     let (model, motion) = (Model::read(urdf).unwrap(), artefact.motion("motion.yaml").unwrap());
     hold_samples(&model, &artefact, &motion);
@@ -83,7 +85,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
 
     // The proof is found again, and does not believe the file.
     run(&folder, &["check", urdf, "motion.yaml"]).ended(0);
-    let parameters = model.described_parameters().unwrap();
+    let parameters = model.nominal_parameters().unwrap();
     let broken = |limit: LimitKind, joint: usize, change: &dyn Fn(&mut ExcitingMotion)| {
         let mut artefact = artefact.clone();
         change(&mut artefact);

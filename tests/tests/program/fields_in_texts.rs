@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use rist::request::all_fields;
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::{Audience, spelled};
 use tests::snapshot::assert_snapshot;
 use tests::{register_wings, sources_below, workspace};
 
@@ -72,7 +72,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
     let flags: Vec<_> = all.iter().filter(|(_, text)| has_flag(text)).collect();
     assert!(flags.is_empty(), "write the field in brackets: [rate], [delay=auto]: {flags:#?}");
     let is_step = |behind: &str| behind.starts_with(|c: char| c.is_ascii_lowercase());
-    let is_unknown = |text: &str| spelled(text, Reader::Python).split("[:").skip(1).any(is_step);
+    let is_unknown = |text: &str| spelled(text, Audience::Python).split("[:").skip(1).any(is_step);
     let steps: Vec<_> = all.iter().filter(|(file, text)| !file.ends_with("spelling.rs") && is_unknown(text)).collect();
     assert!(steps.is_empty(), "no such step: {steps:#?}");
     // What Python is told to call is there.
@@ -81,7 +81,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
     let advised: Vec<String> = all.iter().flat_map(|(_, text)| -> Vec<String> { inside(text) }).collect();
     assert!(advised.len() > 10, "{advised:?}");
     for step in advised {
-        let call = spelled(&format!("[:{step}]"), Reader::Python);
+        let call = spelled(&format!("[:{step}]"), Audience::Python);
         let Some(name) = call.strip_prefix("rist.").and_then(|call| call.split('(').next()) else { continue };
         let is_there = [format!("\ndef {name}("), format!("\nclass {name}")].iter().any(|line| stub.contains(line));
         assert!(is_there, "[:{step}] is {call}, which the package lacks");
@@ -95,10 +95,10 @@ fn no_text_of_a_library_has_a_flag_in_it() {
 #[test]
 fn fields_in_texts_are_spelled_as_they_were() {
     register_wings();
-    let named = |text: &str| spelled(text, Reader::Program) != text;
+    let named = |text: &str| spelled(text, Audience::Program) != text;
     let mut table = String::new();
     for (_, text) in library_texts().iter().filter(|(file, text)| named(text) && !file.ends_with("spelling.rs")) {
-        table += &format!("{text}\n  {}\n  {}\n\n", spelled(text, Reader::Program), spelled(text, Reader::Python));
+        table += &format!("{text}\n  {}\n  {}\n\n", spelled(text, Audience::Program), spelled(text, Audience::Python));
     }
     assert!(table.matches("\n\n").count() > 40, "{table}");
     assert_snapshot("refusals/spelled.txt", &table);

@@ -166,11 +166,12 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     let all = cells("docs/what-trust-means.md", "| all |");
     let first = |cell: &str| cell.split([',', ' ']).next().unwrap_or_default().to_string();
     holds(format!("we simulated {} situations", all[1]));
-    holds(format!("Of {} times \"yes\", {} were more than 5 % off", first(&all[2]), first(&all[3])));
-    holds(format!("and {} had a parameter beyond five sigma", first(&all[5])));
-    holds(format!("In the units of the log, which those {} name, {} were off", first(&all[3]), first(&all[4])));
+    holds(format!("The verdict was \"yes\" {} times", first(&all[2])));
+    let wrong = format!("{} predict the torques of another motion more than 5 % wrong", first(&all[3]));
+    holds(format!("{wrong} ({} in the units of the log)", first(&all[4])));
+    holds(format!("and {} have a parameter beyond five sigma", first(&all[5])));
     let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
-    holds(format!("{} of the 95 % intervals hold the truth", held[1]));
+    holds(format!("{} of the 95 % intervals contain the true value", held[1]));
     // Measured robots: the least and the greatest error of the rows that the picture shows.
     let sets = ["| Panda,", "| TX40,", "| UR10e, id_30s -> id_40s", "| cobot6,", "| KR300,"];
     let errors = sets.map(|set| {

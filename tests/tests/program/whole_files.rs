@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fleet::Accumulator;
 use fleet::comparison::Comparison;
-use linear_model::artefact::Seal;
+use linear_model::artefact::Checksum;
 use rist::{Estimate, ExcitingMotion, ExperimentPlan, Validation};
 use tests::mutation::{Seed, bounded, written};
 use tests::program::{folder, program, rist};
@@ -13,12 +13,12 @@ use tests::program::{folder, program, rist};
 const SAID: &str = "this is what the file says";
 
 /// The seal of a text that is read; the reason where it is refused.
-fn read(kind: &str, text: &str) -> Result<Seal, String> {
+fn read(kind: &str, text: &str) -> Result<Checksum, String> {
     match kind {
-        "estimate.yaml" => Estimate::from_yaml(kind, text).map(|x| x.seal),
-        "motion.yaml" => ExcitingMotion::from_yaml(kind, text).map(|x| x.seal),
-        "plan.yaml" => ExperimentPlan::from_yaml(kind, text).map(|x| x.seal),
-        "validation.yaml" => Validation::from_yaml(kind, text).map(|x| x.seal),
+        "estimate.yaml" => Estimate::from_yaml(kind, text).map(|x| x.checksum),
+        "motion.yaml" => ExcitingMotion::from_yaml(kind, text).map(|x| x.checksum),
+        "plan.yaml" => ExperimentPlan::from_yaml(kind, text).map(|x| x.checksum),
+        "validation.yaml" => Validation::from_yaml(kind, text).map(|x| x.checksum),
         _ => Comparison::from_yaml(kind, text).map(|x| x.seal),
     }
     .map_err(|e| e.to_string())
@@ -53,17 +53,17 @@ fn each_line_that_is_missing_or_doubled_is_refused_or_known() {
     let mut counts = (0, 0);
     for seed in artefacts(&here) {
         let text = String::from_utf8(seed.bytes).unwrap();
-        assert_eq!(read(&seed.name, &text), Ok(Seal::Whole), "{}", seed.name);
+        assert_eq!(read(&seed.name, &text), Ok(Checksum::Whole), "{}", seed.name);
         let lines: Vec<&str> = text.lines().collect();
         let keys = blocks(&lines);
         let parts = (0..lines.len()).map(|k| (k, k + 1)).chain(keys.windows(2).map(|w| (w[0], w[1])));
         for (from, to) in parts {
             for (changed, what) in variants(&lines, from, to).iter().zip(["missing", "twice"]) {
                 match read(&seed.name, changed) {
-                    Ok(Seal::Whole) => panic!("{}: lines {from}..{to} {what}: {}", seed.name, lines[from]),
+                    Ok(Checksum::Whole) => panic!("{}: lines {from}..{to} {what}: {}", seed.name, lines[from]),
                     // Without the first line a file is one of an earlier version.
                     Ok(seal) => {
-                        assert_eq!(seal == Seal::Absent, from == 0 && what == "missing", "{}: {from}", seed.name);
+                        assert_eq!(seal == Checksum::Absent, from == 0 && what == "missing", "{}: {from}", seed.name);
                         counts.0 += 1;
                     }
                     Err(_) => counts.1 += 1,
@@ -124,7 +124,7 @@ fn what_is_written_again_stays_known() {
     for changed in [without.to_string(), text.replace("repetitions: 3", "repetitions: 4")] {
         let read = ExcitingMotion::from_yaml("motion.yaml", &changed).unwrap();
         let again = ExcitingMotion::from_yaml("again.yaml", &read.to_yaml().unwrap()).unwrap();
-        assert!(read.seal != Seal::Whole && again.seal == Seal::Broken, "{:?}", again.seal);
+        assert!(read.checksum != Checksum::Whole && again.checksum == Checksum::Broken, "{:?}", again.checksum);
     }
 }
 

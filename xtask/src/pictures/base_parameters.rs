@@ -1,4 +1,4 @@
-//! Which of the 22 standard parameters of a two-link arm a torque can tell, and in which sums: from the derivation itself.
+//! The standard parameters of a two-link arm that torques identify, and the sums they form, from the derivation itself.
 
 use modeling::Derivation;
 use robot::StandardParameter;
@@ -7,8 +7,8 @@ use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
 
 const MODEL: &str = "models/planar2r_vertical.yaml";
-/// Pixels from row to row.
-const ROW: f64 = 19.0;
+/// Distance of rows, pixels.
+const ROW_PX: f64 = 19.0;
 
 pub(crate) fn draw() -> Result<String, String> {
     let robot = robot::format::read(&root().join(MODEL)).map_err(|e| e.to_string())?;
@@ -17,28 +17,30 @@ pub(crate) fn draw() -> Result<String, String> {
     let regressor = derivation.regressor();
     let parameters = derivation.base_parameters(&regressor).map_err(|e| e.to_string())?;
     let lines = parameters.rule_lines();
-    let title = "22 standard parameters of a two-link arm, and the 7 sums of them that a torque can tell";
-    let mut canvas = Canvas::new(760.0, 90.0 + ROW * standard.len() as f64, title);
+    let title = "22 standard parameters of a two-link arm, and the 7 sums of them that are identifiable from torques";
+    let mut canvas = Canvas::new(760.0, 90.0 + ROW_PX * standard.len() as f64, title);
     canvas.heading((20.0, 28.0), &format!("{} standard parameters", standard.len()));
-    canvas.heading((400.0, 28.0), &format!("{} base parameters: what torques can tell", lines.len()));
-    let left = |k: usize| (110.0, 58.0 + ROW * k as f64);
-    let step = ROW * standard.len() as f64 / lines.len() as f64;
+    canvas.heading((400.0, 28.0), &format!("{} base parameters: identifiable from torques", lines.len()));
+    // Standard parameters on the left, base parameters on the right; a line for each term of a base parameter.
+    let left = |k: usize| (110.0, 58.0 + ROW_PX * k as f64);
+    let step = ROW_PX * standard.len() as f64 / lines.len() as f64;
     let right = |b: usize| (400.0, 58.0 + step * (b as f64 + 0.35));
-    let mut is_told = vec![false; standard.len()];
+    let mut is_identifiable = vec![false; standard.len()];
     for (b, parameter) in parameters.base.iter().enumerate() {
         for (k, term) in parameter.terms.iter().enumerate() {
             let ((x, y), (end, height)) = (left(term.parameter), right(b));
-            is_told[term.parameter] = true;
+            is_identifiable[term.parameter] = true;
             let ink = if k == 0 { Ink::Blue } else { Ink::Orange };
             canvas.line((x + 8.0, y - 5.0), (end - 8.0, height - 5.0), ink, if k == 0 { 1.8 } else { 1.4 });
         }
         canvas.words(right(b), Anchor::Start, Ink::Word, &lines[b]);
     }
+    // A parameter in no base parameter has no effect on any torque.
     for (k, parameter) in standard.iter().enumerate() {
-        let ink = if is_told[k] { Ink::Word } else { Ink::Faint };
+        let ink = if is_identifiable[k] { Ink::Word } else { Ink::Faint };
         canvas.words(left(k), Anchor::End, ink, &parameter.display(&robot).to_string());
     }
-    let foot = 76.0 + ROW * standard.len() as f64;
+    let foot = 76.0 + ROW_PX * standard.len() as f64;
     canvas.words((20.0, foot), Anchor::Start, Ink::Faint, "grey: no torque of this arm ever shows it");
     canvas.words((400.0, foot), Anchor::Start, Ink::Orange, "orange: acts only together with another one");
     Ok(canvas.finish())

@@ -1,5 +1,5 @@
-//! The figures that README shows: the time of one call beside Pinocchio, of docs/benchmarks.md, and the error of torques on
-//! measured robots, of docs/identification.md. The tables are read, so that pages and picture cannot differ.
+//! The figures that README shows: the time of one call compared with Pinocchio, from docs/benchmarks.md, and the torque error
+//! on measured robots, from docs/identification.md. The tables are read, so that pages and picture cannot differ.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
@@ -7,10 +7,10 @@ use crate::cargo::root;
 const CALLS: (&str, &str) = ("docs/benchmarks.md", "| one call, ns | Pinocchio | rist | ratio |");
 const MEASURED: (&str, &str) =
     ("docs/identification.md", "| set | independent baseline | same recipe | recommended | recommended recipe |");
-/// One row for each robot; the others stand on the page.
+/// The rows that are shown, one for each robot; the page has more.
 const SETS: [&str; 5] = ["Panda,", "TX40,", "UR10e, id_30s -> id_40s", "cobot6,", "KR300,"];
 
-/// The rows below the header of a table, cell by cell.
+/// The cells of the rows below the header of a table.
 fn table((page, header): (&str, &str)) -> Result<Vec<Vec<String>>, String> {
     let text = std::fs::read_to_string(root().join(page)).map_err(|e| format!("{page}: {e}"))?;
     let (_, rest) = text.split_once(header).ok_or(format!("{page} has no table `{header}`"))?;

@@ -1,21 +1,21 @@
-//! A picture as SVG: lines, bars, dots and words in colours that follow the reader's light or dark.
+//! A picture as SVG: lines, bars, dots and texts in colours that follow the light or dark scheme of the reader.
 //!
-//! Coordinates are pixels with one decimal, so that the last bit of a computation moves nothing.
+//! Coordinates are pixels with one decimal, so that the last bit of a computation does not change the file.
 
 use std::fmt::Write as _;
 
-/// Colours by what they mean, as of the pages of `rist report`.
+/// Colours by meaning, as in the pages of `rist report`.
 #[derive(Clone, Copy)]
 pub(crate) enum Ink {
-    /// Words and axes.
+    /// Texts and axes.
     Word,
-    /// What is in the background.
+    /// The background.
     Faint,
-    /// The first of two.
+    /// The first of two quantities.
     Blue,
-    /// The second of two.
+    /// The second of two quantities.
     Orange,
-    /// What is good.
+    /// A good result.
     Green,
 }
 
@@ -31,7 +31,7 @@ impl Ink {
     }
 }
 
-/// Where words stand beside their point.
+/// The point of a text that is placed at its coordinates.
 #[derive(Clone, Copy)]
 pub(crate) enum Anchor {
     Start,
@@ -48,13 +48,13 @@ text{stroke:none!important;fill:var(--w)}text.f{fill:var(--f)}text.b{fill:var(--
 .fill.w{fill:var(--w)}.fill.f{fill:var(--f)}.fill.b{fill:var(--b)}.fill.o{fill:var(--o)}.fill.g{fill:var(--g)}
 .fill{stroke:none}.head{font-weight:600}";
 
-/// A picture that grows.
+/// A picture to which elements are added.
 pub(crate) struct Canvas {
     text: String,
 }
 
 impl Canvas {
-    /// An empty one; `title` is what it shows, for who cannot see it.
+    /// An empty picture; `title` describes it for screen readers.
     pub(crate) fn new(width: f64, height: f64, title: &str) -> Canvas {
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
@@ -64,7 +64,7 @@ impl Canvas {
         Canvas { text }
     }
 
-    /// Words at a point.
+    /// A text at a point.
     pub(crate) fn words(&mut self, (x, y): (f64, f64), anchor: Anchor, ink: Ink, words: &str) {
         self.written((x, y), anchor, ink.class(), words);
     }
@@ -83,7 +83,7 @@ impl Canvas {
         self.push(format_args!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\"{anchor}>{}</text>", escaped(words)));
     }
 
-    /// A line from point to point.
+    /// A line between two points.
     pub(crate) fn line(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink, width: f64) {
         self.path(&[a, b], ink, width);
     }
@@ -97,7 +97,7 @@ impl Canvas {
         self.push(format_args!("<path class=\"{}\" stroke-width=\"{width}\" d=\"{d}\"/>", ink.class()));
     }
 
-    /// A dashed line from point to point.
+    /// A dashed line between two points.
     pub(crate) fn dashed(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink) {
         let class = ink.class();
         self.push(format_args!(
@@ -106,7 +106,7 @@ impl Canvas {
         ));
     }
 
-    /// A filled box: its corner, width and height.
+    /// A filled box by its upper left corner, width and height.
     pub(crate) fn bar(&mut self, (x, y): (f64, f64), width: f64, height: f64, ink: Ink) {
         let class = ink.class();
         self.push(format_args!(

@@ -1,12 +1,12 @@
-//! Where the low-pass of an identification ends: the spectrum of a torque of docs/ur5/log.csv, and the cut-off that README's
-//! command prints for it.
+//! The low-pass filter of an identification: the spectrum of a torque of docs/ur5/log.csv, and the cut-off that the command of
+//! README prints for it.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
 
 const LOG: &str = "docs/ur5/log.csv";
 const COLUMN: &str = "tau_elbow";
-/// Hz of a band that is averaged, so that a curve can be read.
+/// Width of the bands that are averaged for a smooth curve, Hz.
 const BAND_HZ: f64 = 0.75;
 const HIGHEST_HZ: f64 = 40.0;
 
@@ -34,7 +34,7 @@ fn cut_off() -> Result<f64, String> {
     number.ok_or("README.md shows no `cut-off .. Hz`".into())
 }
 
-/// Frequency, Hz, and size, N m, of bands, by the Fourier sums of the log less its mean under a Hann window.
+/// Frequency, Hz, and amplitude, N m, of bands, by Fourier sums of the torque minus its mean under a Hann window.
 fn spectrum(step: f64, torques: &[f64]) -> Vec<(f64, f64)> {
     let n = torques.len() as f64;
     let mean = torques.iter().sum::<f64>() / n;
@@ -66,18 +66,18 @@ pub(crate) fn draw() -> Result<String, String> {
     canvas.heading((20.0, 28.0), "torque of the elbow in docs/ur5/log.csv, N m by frequency");
     let x = |hz: f64| 80.0 + 650.0 * hz / HIGHEST_HZ;
     // Five decades, from 10 N m down.
-    let y = |size: f64| 60.0 + 270.0 * (1.0 - libm::log10(size.max(1e-4))) / 5.0;
+    let y = |amplitude: f64| 60.0 + 270.0 * (1.0 - libm::log10(amplitude.max(1e-4))) / 5.0;
     for power in -4..=1 {
-        let size = libm::pow(10.0, f64::from(power));
-        canvas.line((80.0, y(size)), (730.0, y(size)), Ink::Faint, 0.7);
-        canvas.words((72.0, y(size) + 5.0), Anchor::End, Ink::Word, &size.to_string());
+        let amplitude = libm::pow(10.0, f64::from(power));
+        canvas.line((80.0, y(amplitude)), (730.0, y(amplitude)), Ink::Faint, 0.7);
+        canvas.words((72.0, y(amplitude) + 5.0), Anchor::End, Ink::Word, &amplitude.to_string());
     }
     for hz in (0..=40).step_by(5) {
         canvas.words((x(f64::from(hz)), 352.0), Anchor::Middle, Ink::Word, &format!("{hz}"));
     }
     canvas.words((730.0, 372.0), Anchor::End, Ink::Word, "Hz");
     let (below, above): (Vec<_>, Vec<_>) =
-        bands.iter().map(|(hz, size)| (x(*hz), y(*size))).partition(|p| p.0 <= x(cut_off));
+        bands.iter().map(|(hz, amplitude)| (x(*hz), y(*amplitude))).partition(|p| p.0 <= x(cut_off));
     let joined: Vec<(f64, f64)> = below.last().copied().into_iter().chain(above).collect();
     canvas.path(&joined, Ink::Faint, 2.2);
     canvas.path(&below, Ink::Blue, 2.2);

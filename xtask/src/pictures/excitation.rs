@@ -1,12 +1,22 @@
-//! Why a motion must be rich: a pendulum, tau = J ddq + k sin q, twice.
+//! The need for excitation: two motions of a pendulum, tau = J ddq + k sin q.
 //!
-//! Each instant is a point (ddq, sin q): a row of W. A slow swing of one frequency has ddq = -w^2 q, so that the rows almost lie
-//! on a line and little more than one combination of J and k is told. The ellipse is what the same noise leaves: z' (W'W) z = const.
+//! Each instant is a point (ddq, sin q): a row of W. A slow swing of one frequency has ddq = -w^2 q, so that the rows are almost
+//! collinear and only one combination of J and k is well identified. The ellipse is the uncertainty of (J, k) by the same noise:
+//! z' (W'W) z = const.
 
 use super::canvas::{Anchor, Canvas, Ink};
 
-/// The level of the ellipses: noise that makes the longer one as wide as its picture.
-const NOISE: f64 = 2.1;
+/// z' (W'W) z of the ellipses: makes the longer one as wide as its picture.
+const ELLIPSE_LEVEL: f64 = 2.1;
+
+/// Points of an ellipse.
+const ELLIPSE_POINTS: i32 = 72;
+/// Instants of a motion.
+const INSTANTS: i32 = 160;
+/// Time from instant to instant, s.
+const STEP_S: f64 = 0.025;
+/// Acceleration of the value 1 in the picture, rad/s^2.
+const ACCELERATION_SCALE: f64 = 40.0;
 
 /// Position, rad, and acceleration, rad/s^2, of a sum of sines (amplitude, Hz) at t, s.
 fn state(sines: &[(f64, f64)], t: f64) -> (f64, f64) {
@@ -16,12 +26,13 @@ fn state(sines: &[(f64, f64)], t: f64) -> (f64, f64) {
     (q, ddq)
 }
 
-/// Rows (ddq, sin q), each column over its scale.
+/// Rows (ddq, sin q), each column divided by its scale.
 fn rows(sines: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    (0..160).map(|i| state(sines, 0.025 * f64::from(i))).map(|(q, ddq)| (ddq / 40.0, libm::sin(q))).collect()
+    let states = (0..INSTANTS).map(|i| state(sines, STEP_S * f64::from(i)));
+    states.map(|(q, ddq)| (ddq / ACCELERATION_SCALE, libm::sin(q))).collect()
 }
 
-/// Points of the ellipse z' F z = level about the origin.
+/// Points of the ellipse z' (W'W) z = level about the origin, by the rows of W.
 fn ellipse(rows: &[(f64, f64)], level: f64) -> Vec<(f64, f64)> {
     let sum = |f: &dyn Fn(&(f64, f64)) -> f64| rows.iter().map(f).sum::<f64>();
     let (aa, ab, bb) = (sum(&|r| r.0 * r.0), sum(&|r| r.0 * r.1), sum(&|r| r.1 * r.1));
@@ -30,20 +41,22 @@ fn ellipse(rows: &[(f64, f64)], level: f64) -> Vec<(f64, f64)> {
     let angle = 0.5 * libm::atan2(2.0 * ab, aa - bb);
     let axes = [mean + half, mean - half].map(|x| libm::sqrt(level / x.max(1e-9)));
     let point = |i: i32| {
-        let turn = std::f64::consts::TAU * f64::from(i) / 72.0;
+        let turn = std::f64::consts::TAU * f64::from(i) / f64::from(ELLIPSE_POINTS);
         let (u, v) = (axes[0] * libm::cos(turn), axes[1] * libm::sin(turn));
         (u * libm::cos(angle) - v * libm::sin(angle), u * libm::sin(angle) + v * libm::cos(angle))
     };
-    (0..=72).map(point).collect()
+    (0..=ELLIPSE_POINTS).map(point).collect()
 }
 
 pub(crate) fn draw() -> Result<String, String> {
-    let title = "Rows of a poor and of a rich motion of a pendulum, and what each leaves open of its two parameters";
+    let title =
+        "Rows of a poor and of a rich motion of a pendulum, and the uncertainty of its two parameters with each";
     let mut canvas = Canvas::new(760.0, 470.0, title);
     let motions: [(&str, &[(f64, f64)]); 2] =
         [("one slow swing", &[(1.4, 0.5)]), ("two frequencies", &[(0.9, 0.5), (0.35, 1.5)])];
     for (k, (name, sines)) in motions.into_iter().enumerate() {
         let x = 20.0 + 380.0 * k as f64;
+        // Above: the rows (ddq, sin q) of the motion.
         canvas.heading((x, 28.0), name);
         let (middle, left) = (135.0, x + 165.0);
         canvas.line((left - 150.0, middle), (left + 150.0, middle), Ink::Faint, 1.0);
@@ -54,9 +67,10 @@ pub(crate) fn draw() -> Result<String, String> {
         }
         canvas.words((left + 150.0, middle - 6.0), Anchor::End, Ink::Word, "ddq");
         canvas.words((left + 6.0, middle - 80.0), Anchor::Start, Ink::Word, "sin q");
+        // Below: the ellipse of uncertainty of (J, k).
         let below = 355.0;
         let within = |z: (f64, f64)| (left + 26.0 * z.0, below - 26.0 * z.1);
-        let around: Vec<(f64, f64)> = ellipse(&rows, NOISE).into_iter().map(within).collect();
+        let around: Vec<(f64, f64)> = ellipse(&rows, ELLIPSE_LEVEL).into_iter().map(within).collect();
         canvas.line((left - 150.0, below), (left + 150.0, below), Ink::Faint, 1.0);
         canvas.line((left, below - 90.0), (left, below + 90.0), Ink::Faint, 1.0);
         canvas.path(&around, Ink::Orange, 2.0);
@@ -68,7 +82,7 @@ pub(crate) fn draw() -> Result<String, String> {
         (20.0, 462.0),
         Anchor::Start,
         Ink::Orange,
-        "what the same noise leaves open: along a long ellipse, J and k trade against each other",
+        "the same noise gives a long ellipse: J and k are correlated",
     );
     Ok(canvas.finish())
 }

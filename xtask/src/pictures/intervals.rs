@@ -1,25 +1,31 @@
-//! What a 95 % interval holds where noise is slow: forty logs of one constant, each with two intervals.
+//! The coverage of 95 % intervals with autocorrelated noise: forty logs of one constant, each with two intervals.
 //!
-//! Noise of 2000 samples remembers itself: e_i = 0.9 e_(i-1) + white. The white interval divides by the root of the samples;
-//! the other one compares the means of twenty parts of the log.
+//! The noise of 2000 samples is autocorrelated: e_i = 0.9 e_(i-1) + white. The white interval divides sigma by the root of the
+//! number of samples; the other one uses the standard deviation of the means of twenty blocks of the log.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use random::SplitMix;
 
 const LOGS: usize = 40;
 const SAMPLES: usize = 2000;
-const PARTS: usize = 20;
+const BLOCKS: usize = 20;
+/// Coefficient of the noise, e_i = 0.9 e_(i-1) + white.
+const AUTOREGRESSION: f64 = 0.9;
+/// Samples that are discarded until the noise is stationary.
+const DISCARDED_SAMPLES: usize = 200;
+/// Normal quantile of a two-sided 95 % interval.
+const QUANTILE_95: f64 = 1.96;
 
-/// The mean of a log, and its two deviations: white, and by parts.
+/// The mean of a log, and its two standard deviations: for white noise, and by the means of blocks.
 fn log(random: &mut SplitMix) -> (f64, f64, f64) {
     let mut slow = 0.0;
     let mut sample = || {
         // Twelve uniform numbers are nearly normal, with variance 12 / 3 = 4.
         let white: f64 = (0..12).map(|_| random.unit()).sum::<f64>() / 2.0;
-        slow = 0.9 * slow + white;
+        slow = AUTOREGRESSION * slow + white;
         slow
     };
-    (0..200).for_each(|_| {
+    (0..DISCARDED_SAMPLES).for_each(|_| {
         sample();
     });
     let x: Vec<f64> = (0..SAMPLES).map(|_| sample()).collect();
@@ -29,8 +35,8 @@ fn log(random: &mut SplitMix) -> (f64, f64, f64) {
         (mean, libm::sqrt(squares / (x.len() - 1) as f64))
     };
     let (mean, white) = deviation(&x);
-    let parts: Vec<f64> = x.chunks(SAMPLES / PARTS).map(|part| deviation(part).0).collect();
-    (mean, white / libm::sqrt(SAMPLES as f64), deviation(&parts).1 / libm::sqrt(PARTS as f64))
+    let means: Vec<f64> = x.chunks(SAMPLES / BLOCKS).map(|block| deviation(block).0).collect();
+    (mean, white / libm::sqrt(SAMPLES as f64), deviation(&means).1 / libm::sqrt(BLOCKS as f64))
 }
 
 pub(crate) fn draw() -> Result<String, String> {
@@ -40,14 +46,14 @@ pub(crate) fn draw() -> Result<String, String> {
     for (k, name) in ["as if noise were white", "by parts of the log, as here"].into_iter().enumerate() {
         let sigma = |log: &(f64, f64, f64)| if k == 0 { log.1 } else { log.2 };
         let middle = 120.0 + 190.0 * k as f64;
-        let holds = |log: &(f64, f64, f64)| log.0.abs() <= 1.96 * sigma(log);
+        let holds = |log: &(f64, f64, f64)| log.0.abs() <= QUANTILE_95 * sigma(log);
         let held = logs.iter().filter(|log| holds(log)).count();
         canvas.heading((20.0, middle - 88.0), &format!("{name}: {held} of {LOGS} intervals hold the truth"));
         canvas.line((20.0, middle), (740.0, middle), Ink::Word, 1.0);
         for (i, log) in logs.iter().enumerate() {
             let x = 34.0 + 17.8 * i as f64;
             let y = |value: f64| middle - (72.0 * value).clamp(-78.0, 78.0);
-            let (ink, half) = (if holds(log) { Ink::Blue } else { Ink::Orange }, 1.96 * sigma(log));
+            let (ink, half) = (if holds(log) { Ink::Blue } else { Ink::Orange }, QUANTILE_95 * sigma(log));
             canvas.line((x, y(log.0 - half)), (x, y(log.0 + half)), ink, 2.0);
             canvas.dot((x, y(log.0)), 3.0, ink);
         }

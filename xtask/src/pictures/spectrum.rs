@@ -1,14 +1,14 @@
-//! Why one swing tells inertia, friction and centrifugal torque apart: their harmonics [Vandanjon, Gautier, Desbats 1995].
+//! Inertia, friction and centrifugal torque of one swing are separable by harmonics [Vandanjon, Gautier, Desbats 1995].
 //!
-//! The joint swings at constant acceleration back and forth. Bars are Sp-like: the part of a signal that is in phase with
-//! the acceleration (cosine here), and the part in phase with the velocity (sine), harmonic by harmonic.
+//! The joint swings at constant acceleration back and forth. Bars are magnitudes of Fourier coefficients: for each harmonic
+//! the component in phase with the velocity (cosine here), and the component in phase with the acceleration (sine).
 
 use super::canvas::{Anchor, Canvas, Ink};
 
 const SAMPLES: usize = 720;
 const HARMONICS: usize = 8;
 
-/// Acceleration, velocity and position over a period of 4, with accelerations +1 and -1; starts where it is fastest.
+/// Acceleration, velocity and position over a period of 4, with accelerations +1 and -1; starts at the largest velocity.
 fn swing(i: usize) -> (f64, f64, f64) {
     let t = 4.0 * (i as f64 + 0.5) / SAMPLES as f64;
     match t {
@@ -18,7 +18,7 @@ fn swing(i: usize) -> (f64, f64, f64) {
     }
 }
 
-/// Parts of a signal in phase with the cosine and the sine of each harmonic, from the first on.
+/// Fourier coefficients (cosine, sine) of a signal, from the first harmonic on.
 fn parts(signal: &[f64]) -> Vec<(f64, f64)> {
     let one = |h: usize| {
         let turn = |i: usize| {
@@ -36,6 +36,7 @@ pub(crate) fn draw() -> Result<String, String> {
     let mut canvas = Canvas::new(760.0, 480.0, title);
     canvas.heading((20.0, 28.0), "over one period");
     canvas.heading((400.0, 28.0), "by harmonic of the swing: 1 to 8");
+    // Torques in units of the picture: inertia ~ ddq, friction ~ sign(dq), centrifugal torque ~ dq^2.
     let states: Vec<(f64, f64, f64)> = (0..SAMPLES).map(swing).collect();
     let signals: [(&str, Vec<f64>, Ink); 4] = [
         ("position", states.iter().map(|s| 1.8 * s.2).collect(), Ink::Faint),
@@ -49,6 +50,7 @@ pub(crate) fn draw() -> Result<String, String> {
         canvas.line((20.0, middle), (340.0, middle), Ink::Faint, 1.0);
         let point = |(i, x): (usize, &f64)| (20.0 + 320.0 * i as f64 / SAMPLES as f64, middle - 28.0 * x);
         canvas.path(&signal.iter().enumerate().map(point).collect::<Vec<_>>(), *ink, 2.0);
+        // The position is no torque, and has no harmonics in the picture.
         if k == 0 {
             continue;
         }

@@ -1,4 +1,4 @@
-//! `rist accumulate`: logs and a model -> sums, without which the logs are not needed again.
+//! `rist accumulate`: logs and a model -> sums, which replace the logs in later steps.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -49,19 +49,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = read.chain(arguments.request.files()).collect();
     check_output(&arguments.out, &inputs)?;
     let request = arguments.request.read()?;
-    let told = || at_work(format_args!("adding {} logs up", logs.len()));
+    let report_progress = || at_work(format_args!("adding {} logs up", logs.len()));
     let sums = match &arguments.like {
         Some(path) => {
             let like = read_sums(path)?;
             let model = arguments.model.derive_as(like.settings().description.as_ref())?;
             fleet::sums::check_sums(&model, &like)
                 .map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
-            told();
+            report_progress();
             fleet::sums::accumulate_like(&model, logs, &request, like.settings().options.clone())?
         }
         None => {
             let model = arguments.model.derive()?;
-            told();
+            report_progress();
             fleet::accumulate(&model, logs, &request)?
         }
     };
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_account(&sums)
 }
 
-/// Prints what is in the sums.
+/// Prints the content of the sums.
 pub(crate) fn print_account(sums: &Accumulator) -> Result<(), Failure> {
     print_result(account(sums), || {
         let failed: Vec<_> = sums.failed().iter().map(|f| json!({"name": f.name, "reason": f.reason})).collect();
@@ -87,7 +87,7 @@ fn account(sums: &Accumulator) -> String {
     let (settings, logs) = (sums.settings(), sums.logs());
     let mut text = String::new();
     let width = logs.iter().map(|log| log.name.chars().count()).max().unwrap_or(0).max(3);
-    // A String never fails to grow.
+    // Writing to a String cannot fail.
     let _ = writeln!(text, "{:<width$}  {:>10}  {:>10}  {:>10}", "log", "rows", "usable", "samples");
     for log in &logs {
         let _ = writeln!(text, "{:<width$}  {:>10}  {:>10}  {:>10}", log.name, log.rows, log.kept, log.samples);

@@ -1,4 +1,4 @@
-//! `rist derive`: a robot's functions as formulas.
+//! `rist derive`: functions of a robot as formulas.
 
 use std::path::PathBuf;
 

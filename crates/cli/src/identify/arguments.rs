@@ -1,13 +1,13 @@
-//! The arguments of `rist identify`: the flags of all methods, of which each takes those of its own request.
+//! The arguments of `rist identify`: the flags of all methods; each method takes the flags of its own request.
 
 use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use rist::request::spelling::{Reader, spelled};
-use rist::request::{Field, Method, MethodRequest, Request, Words};
+use rist::request::spelling::{Audience, spelled};
+use rist::request::{Field, Method, MethodRequest, Request, WordChoice};
 
 use crate::failure::Failure;
-use crate::flags::{Given, flag};
+use crate::flags::{FlagValues, flag};
 use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
     pub logs: Vec<PathBuf>,
 
     #[command(flatten)]
-    pub asked: Asked,
+    pub asked: MethodAndFlags,
 
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE", help_heading = "Outputs")]
@@ -40,47 +40,49 @@ pub(crate) struct Arguments {
 }
 
 /// The method, and the flags that were given.
-pub(crate) struct Asked {
+pub(crate) struct MethodAndFlags {
     /// The equations to solve.
     pub method: Method,
-    /// All of them; a request reads its own.
-    pub given: Given,
+    /// All given flags; a request reads its own.
+    pub given: FlagValues,
 }
 
-/// What methods say of a field, each text with the methods that say it.
-type Told = Vec<(String, Vec<&'static str>)>;
+/// Help texts of a field, each with the methods that use this text.
+type MethodTexts = Vec<(String, Vec<&'static str>)>;
 
-/// The flags of all methods, each once, with what the first of them says of it; where others say something else, the
-/// field has all of it.
+/// The flags of all methods, each once, with the help text of the first method; where texts of other methods differ, the
+/// field contains all of them.
 fn fields() -> Vec<(Field, String)> {
-    let mut told: Vec<(Field, Told)> = Vec::new();
+    let mut documented: Vec<(Field, MethodTexts)> = Vec::new();
     for method in Method::all() {
         for field in method.fields().into_iter().chain(method.files()) {
-            let at = told.iter().position(|(known, _)| known.name == field.name);
+            let at = documented.iter().position(|(known, _)| known.name == field.name);
             let at = at.unwrap_or_else(|| {
-                told.push((field.clone(), Vec::new()));
-                told.len() - 1
+                documented.push((field.clone(), Vec::new()));
+                documented.len() - 1
             });
-            let docs = &mut told[at].1;
+            let docs = &mut documented[at].1;
             match docs.iter_mut().find(|(doc, _)| *doc == field.doc) {
                 Some((_, methods)) => methods.push(method.word()),
                 None => docs.push((field.doc, vec![method.word()])),
             }
         }
     }
-    let whole = |(field, docs): (Field, Told)| {
+    let whole = |(field, docs): (Field, MethodTexts)| {
         let first = docs.first().map_or(String::new(), |(doc, _)| doc.clone());
         let others = docs.iter().skip(1).map(|(doc, methods)| format!("; {}: {doc}", methods.join(", ")));
         (Field { doc: first.clone() + &others.collect::<String>(), ..field }, first)
     };
     let of_method = MethodRequest::fields().into_iter().map(|field| (field.clone(), field.doc));
-    of_method.chain(told.into_iter().map(whole)).collect()
+    of_method.chain(documented.into_iter().map(whole)).collect()
 }
 
-impl Args for Asked {
+impl Args for MethodAndFlags {
     fn augment_args(command: Command) -> Command {
-        let told = |doc: &str| spelled(doc, Reader::Program);
-        command.args(fields().iter().map(|(field, first)| flag(field).help(told(first)).long_help(told(&field.doc))))
+        let for_program = |doc: &str| spelled(doc, Audience::Program);
+        let one =
+            |(field, first): &(Field, String)| flag(field).help(for_program(first)).long_help(for_program(&field.doc));
+        command.args(fields().iter().map(one))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -88,21 +90,24 @@ impl Args for Asked {
     }
 }
 
-impl FromArgMatches for Asked {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Asked, clap::Error> {
+impl FromArgMatches for MethodAndFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<MethodAndFlags, clap::Error> {
         let word = matches.get_one::<String>("method").map_or("", String::as_str);
         let method = Method::of_word(word).unwrap_or(MethodRequest::default().method);
-        Ok(Asked { method, given: Given::of(fields().into_iter().map(|(field, _)| field).collect(), matches) })
+        Ok(MethodAndFlags {
+            method,
+            given: FlagValues::of(fields().into_iter().map(|(field, _)| field).collect(), matches),
+        })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Asked::from_arg_matches(matches)?;
+        *self = MethodAndFlags::from_arg_matches(matches)?;
         Ok(())
     }
 }
 
-impl Asked {
-    /// Refuses flags that no request of this method has, each with the methods that do.
+impl MethodAndFlags {
+    /// Refuses flags that are not in the request of this method, each with the methods that have it.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         let refused = self.given.names().filter(|name| *name != "method").filter_map(|name| self.method.refusal(name));
         let refused: Vec<String> = refused.map(|e| e.to_string()).collect();

@@ -19,14 +19,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("[plan] takes one directory of logs"));
     };
-    // An output over an input is refused before the work, not after it.
+    // An output that is an input is refused before the work.
     let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
     let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let plan = read_plan(plan_file, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan };
-    // The logs are inputs too, and the plan has their names.
+    // The logs are inputs too; their names come from the plan.
     let files = logs.files();
     inputs.extend(files.iter().map(PathBuf::as_path));
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use rist::fit::judged::Judged;
 use rist::fit::load::Load;
 use rist::fit::samples::{Identification, identify_essential, identify_loaded};
 use rist::fit::verdict::Verdict;
+use rist::fit::verdict_of_logs::JudgedIdentification;
 use rist::request::{BodiesFiles, IdentifyRequest, Method};
 use rist::{ColumnNames, Inertial, LogSource, Model, Residuals, Validation};
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use super::arguments::Arguments;
 use crate::artefact::{check_outputs, read_text, series_text, write_file};
 use crate::doctor::findings;
 use crate::failure::Failure;
-use crate::flags::Given;
+use crate::flags::FlagValues;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
@@ -24,13 +24,13 @@ use rist::output::check_given_once;
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
-    // A flag that means nothing without another is refused.
+    // A flag that has no effect without another flag is refused.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
     let mut request: IdentifyRequest = given.read()?;
-    // A simulator needs bodies that can exist.
+    // A simulator needs physically possible bodies.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
     let columns = request.samples.options().columns;
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
-    // What the logs brought along is known by now.
+    // Further files of the logs, for example of a recording, are known now.
     check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
@@ -50,8 +50,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
     text.push_str(&chosen(&found));
     at_work("predicting what was not fitted");
-    let Judged { predictions, validation, verdict, is_withheld } = found.judged(&model, &others, files.anyway)?;
-    text.push_str(&judged(&predictions, &found, &verdict));
+    let JudgedIdentification { predictions, validation, verdict, is_withheld } =
+        found.verdict_of_logs(&model, &others, files.anyway)?;
+    text.push_str(&predictions_and_verdict(&predictions, &found, &verdict));
     let model = found.used(&model);
     let simulators = if is_withheld { Vec::new() } else { for_simulators(&files, model, arguments, &found)? };
     let estimate = &found.estimate;
@@ -75,19 +76,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     refused(&verdict, is_withheld && writes)
 }
 
-/// What was predicted, what the logs have to do with the description, and the verdict.
-fn judged(predictions: &[(String, Residuals)], found: &Identification, verdict: &Verdict) -> String {
+/// Predictions, findings of the log check, and the verdict.
+fn predictions_and_verdict(predictions: &[(String, Residuals)], found: &Identification, verdict: &Verdict) -> String {
     let mut text = String::new();
     for (log, validation) in predictions {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
-    for finding in &found.passport.findings {
+    for finding in &found.log_check.findings {
         let _ = writeln!(text, "{finding}");
     }
     text + &format!("\n{verdict}")
 }
 
-/// What --json prints.
+/// The result as JSON, for --json.
 fn as_json(
     found: &Identification,
     validation: Option<&Validation>,
@@ -98,15 +99,15 @@ fn as_json(
         "delay_s": found.decided.delay.as_ref().map(|delay| delay.seconds),
         "load": found.load.as_ref().map(load_as_json),
         "validation": serde_json::to_value(validation)?,
-        "findings": findings(&found.passport.findings),
+        "findings": findings(&found.log_check.findings),
         "verdict": verdict::as_json(verdict),
     }))
 }
 
-/// What was chosen, and the estimate.
+/// Delay, friction and terms that were chosen, and the estimate.
 fn chosen(found: &Identification) -> String {
     let mut text = String::new();
-    // A String never fails to grow.
+    // Writing to a String cannot fail.
     if let Some(delay) = &found.decided.delay {
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
         let _ = writeln!(text, "delay {seconds:.4} s: residual {} {with:.4}, without it {without:.4}", delay.rows());
@@ -124,7 +125,7 @@ fn chosen(found: &Identification) -> String {
     text
 }
 
-/// The load as JSON: its parameters by their names.
+/// The load as JSON: its parameters by name.
 fn load_as_json(load: &Load) -> Value {
     let one = |i: usize| json!({"value": load.parameters[i], "sigma": load.sigma[i], "determined": load.determined[i]});
     let parameters: serde_json::Map<_, _> =
@@ -137,7 +138,7 @@ fn load_as_json(load: &Load) -> Value {
     json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "mass_interval": load.mass_interval(), "about_centre_of_mass": body})
 }
 
-/// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
+/// The texts for simulators that the flags ask for, with their files; prints notes on what a format cannot express.
 fn for_simulators<'a>(
     files: &'a BodiesFiles,
     model: &Model,
@@ -166,7 +167,7 @@ fn for_simulators<'a>(
     Ok(written)
 }
 
-/// Opens logs, and prints what their columns were taken for where that changes.
+/// Opens logs, and prints the signals of their columns where these change from log to log.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,
@@ -191,8 +192,8 @@ impl Opened<'_> {
     }
 }
 
-/// Refuses a flag that says something of another that is not given.
-fn needs(given: &Given, name: &str, of: &str) -> Result<(), Failure> {
+/// Refuses a flag `name` that concerns the flag `of`, where `of` is not given.
+fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     let is_given = |wanted: &str| given.names().any(|name| name == wanted);
     match is_given(name) && !is_given(of) {
         true => Err(Failure::new(format_args!("[{name}] says something of [{of}], which is not asked for"))),
@@ -200,14 +201,14 @@ fn needs(given: &Given, name: &str, of: &str) -> Result<(), Failure> {
     }
 }
 
-/// What is read.
+/// The files that are read.
 fn inputs<'a>(arguments: &'a Arguments, files: &'a BodiesFiles) -> Vec<&'a Path> {
     let logs = [&arguments.logs, &files.samples.validate, &files.samples.loaded].into_iter().flatten();
     let read = logs.chain([&arguments.model.model]).chain(&files.into).map(PathBuf::as_path);
     read.chain(arguments.asked.given.files()).collect()
 }
 
-/// Refuses outputs over inputs or over each other, and a log in two roles.
+/// Refuses outputs that are inputs, two outputs with the same file, and a log in two roles.
 fn check_paths(arguments: &Arguments, files: &BodiesFiles) -> Result<(), Failure> {
     let read = inputs(arguments, files);
     check_given_once(read.iter().copied())?;

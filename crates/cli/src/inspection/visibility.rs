@@ -1,9 +1,9 @@
-//! `rist visibility`: a model and a motion or a log -> what an identification from it would tell.
+//! `rist visibility`: a model and a motion or a log -> the parameters that an identification from it would determine.
 
 use std::path::PathBuf;
 
 use clap::Args;
-use inspection::{Outlook, ToldBy, VisibilityRequest, told_by};
+use inspection::{JointForecast, PredictedAccuracy, VisibilityRequest, predicted_accuracy};
 use rist::request::PointsFiles;
 use rist::{PlayedFile, parameters_text};
 use serde_json::{Value, json};
@@ -38,13 +38,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let content = PlayedFile::read(&model, &arguments.file)?;
     let (request, PointsFiles { interpolation }) = (arguments.request.read()?, arguments.points.read()?);
-    let told = told_by(&model, &arguments.file, &content, interpolation, &request)?;
-    print_result(text(&told), || value(&told))
+    let accuracy = predicted_accuracy(&model, &arguments.file, &content, interpolation, &request)?;
+    print_result(text(&accuracy), || value(&accuracy))
 }
 
-fn purpose(Outlook { purpose, coordinate, deviation, share }: &Outlook) -> String {
+fn purpose(JointForecast { purpose, coordinate, deviation, share }: &JointForecast) -> String {
     match (deviation, share) {
-        (None, _) => format!("{purpose}: not told (a parameter of {coordinate} is missing)"),
+        (None, _) => format!("{purpose}: not identifiable (a parameter of {coordinate} is missing)"),
         (Some(deviation), None) => format!("{purpose}: unsure by {} ({coordinate})", figure(*deviation)),
         (Some(deviation), Some(share)) => format!(
             "{purpose}: unsure by {} %, {} N m (N), at most ({coordinate})",
@@ -54,35 +54,36 @@ fn purpose(Outlook { purpose, coordinate, deviation, share }: &Outlook) -> Strin
     }
 }
 
-/// Two digits.
+/// A number with two significant digits.
 fn figure(x: f64) -> String {
     rist::significant(x, 2)
 }
 
-fn text(told: &ToldBy) -> String {
-    let mut text = terminal::notes(&told.notes) + &parameters_text(&told.parameters);
-    text += &format!("\ncondition number {}, {} instants\n", rist::significant(told.condition_number, 3), told.samples);
-    for outlook in &told.purposes {
-        text += &format!("{}\n", purpose(outlook));
+fn text(accuracy: &PredictedAccuracy) -> String {
+    let mut text = terminal::notes(&accuracy.notes) + &parameters_text(&accuracy.parameters);
+    let condition_number = rist::significant(accuracy.condition_number, 3);
+    text += &format!("\ncondition number {condition_number}, {} instants\n", accuracy.samples);
+    for forecast in &accuracy.purposes {
+        text += &format!("{}\n", purpose(forecast));
     }
-    for sentence in &told.to_add {
+    for sentence in &accuracy.to_add {
         text += &format!("{sentence}\n");
     }
-    let all = told.parameters.len();
-    let seen = told.parameters.iter().filter(|p| p.deviation.is_some()).count();
-    let weak = told.parameters.iter().filter(|p| p.deviation.is_some() && p.remark().is_some()).count();
+    let all = accuracy.parameters.len();
+    let seen = accuracy.parameters.iter().filter(|p| p.deviation.is_some()).count();
+    let weak = accuracy.parameters.iter().filter(|p| p.deviation.is_some() && p.remark().is_some()).count();
     let weak = if weak == 0 { "none of them weak".to_string() } else { format!("{weak} of them weak") };
     text + &format!("\ntold: {seen} of {all} parameters, {weak}\n")
 }
 
-fn value(told: &ToldBy) -> Result<Value, serde_json::Error> {
-    let purpose = |Outlook { purpose, coordinate, deviation, share }: &Outlook| json!({"purpose": purpose, "coordinate": coordinate, "deviation": deviation, "share": share});
+fn value(accuracy: &PredictedAccuracy) -> Result<Value, serde_json::Error> {
+    let purpose = |JointForecast { purpose, coordinate, deviation, share }: &JointForecast| json!({"purpose": purpose, "coordinate": coordinate, "deviation": deviation, "share": share});
     Ok(json!({
-        "notes": told.notes,
-        "parameters": serde_json::to_value(&told.parameters)?,
-        "condition_number": told.condition_number,
-        "samples": told.samples,
-        "purposes": told.purposes.iter().map(purpose).collect::<Vec<_>>(),
-        "to_add": told.to_add,
+        "notes": accuracy.notes,
+        "parameters": serde_json::to_value(&accuracy.parameters)?,
+        "condition_number": accuracy.condition_number,
+        "samples": accuracy.samples,
+        "purposes": accuracy.purposes.iter().map(purpose).collect::<Vec<_>>(),
+        "to_add": accuracy.to_add,
     }))
 }

@@ -1,4 +1,4 @@
-//! `rist postures`: what a robot at rest tells.
+//! `rist postures`: parameters that are identifiable from a robot at rest.
 
 use std::path::PathBuf;
 

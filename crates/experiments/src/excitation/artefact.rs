@@ -1,24 +1,24 @@
-//! motion.yaml: an exciting motion, the limits it was made with, its certificate, and what it makes visible.
+//! motion.yaml: an exciting motion, the limits of its search, its certificate, and the parameters that it identifies.
 //!
-//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline. Everything below
-//! them can be found again from it and the model, and `rist check` does so.
+//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline. All other entries can be
+//! recomputed from the motion and the model, and `rist check` does so.
 
 use std::fmt;
 
 use claims::significant;
-use linear_model::artefact::{self, Kind, Seal};
+use linear_model::artefact::{self, ArtefactKind, Checksum};
 use linear_model::reference::ModelReference;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::certificate_text::parameters_text;
 pub use crate::excitation::certificate_text::{LimitSummary, certificate_summary, certificate_text};
-use crate::excitation::criterion::Aim;
+use crate::excitation::criterion::SearchObjective;
 use crate::excitation::fourier_series::FourierSeries;
-use crate::excitation::ledger::{LowestPoint, MotionLedger};
 use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::margins::Margins;
-use crate::excitation::motion::{Motion, Shape};
+use crate::excitation::motion::{Motion, MotionShape};
+use crate::excitation::motion_claims::{LowestPoint, MotionClaims};
 use crate::excitation::proof::{CertificateRow, IdentifiedTorque};
 use crate::excitation::quintic_spline::QuinticSpline;
 use crate::excitation::space_limits::{Floor, SpaceLimits};
@@ -30,60 +30,62 @@ use claims::LeftOut;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExcitingMotion {
-    /// Whether the file that it was read from is as rist wrote it.
+    /// Whether the checksum of the file that it was read from matches.
     #[serde(skip)]
-    pub seal: Seal,
-    /// The robot it was made for.
+    pub checksum: Checksum,
+    /// The robot of the motion.
     pub model: ModelReference,
-    /// Hz, of the controller.
+    /// Rate of the controller, Hz.
     pub rate_hz: f64,
-    /// s of one period; of a spline from rest to rest.
+    /// Period, s; of a spline: the time from rest to rest.
     pub period_s: f64,
-    /// s from rest into the periods of a series, and out of them; a spline has none.
+    /// Time from rest to the series, and from the series to rest, s; a spline has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blend_s: Option<f64>,
-    /// Periods played.
+    /// Number of periods that are played.
     pub repetitions: usize,
     /// One per coordinate, in the order of the model.
     pub joints: Vec<MotionJoint>,
-    /// Share of the limits of effort and power that the described torque may use.
+    /// Share of the limits of effort and power that the nominal torque may use.
     pub effort_share: f64,
-    /// The torques that it was made with, where they are not those of the description.
+    /// The torques of the search, where they are not the torques of the description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTorque>,
-    /// Where the bodies may be.
+    /// Regions of the bodies.
     #[serde(default)]
     pub space: SpaceLimits,
     /// The aim of the search.
-    pub aim: Aim,
+    pub aim: SearchObjective,
     /// det(W'W / samples)^(1/p), rows over the noise of their joint.
     pub determinant: f64,
-    /// Of the columns scaled to unit norm.
+    /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
-    /// What it has of det^(1/p) (or of 1/cond) of the best motion of the search, before that was made to keep its limits.
+    /// Ratio of its det^(1/p) (or 1/cond) to the value of the best motion of the search, which was then scaled to keep its
+    /// limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_share: Option<f64>,
-    /// N m (N) a sample, one per coordinate.
+    /// Standard deviation of a torque sample, N m (N), one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// N m (N) a sample, one per coordinate: what the noise of the encoders adds to the residuals of an identification.
+    /// Standard deviation of the residuals of an identification that the noise of the encoders adds, N m (N) a sample, one per
+    /// coordinate.
     #[serde(default)]
     pub encoder_noise: Vec<f64>,
-    /// Whether every row below is proven, and all that was asked for is looked at.
+    /// Whether every row of the certificate is proven, and every requested check was made.
     pub proven: bool,
-    /// What else is to be known, in sentences.
+    /// Further remarks, in sentences.
     pub notes: Vec<String>,
-    /// What the certificate leaves out; a motion of an earlier version does not say.
+    /// Checks that the certificate omits; a motion of an earlier version does not list them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<LeftOut>>,
-    /// The lowest point of the links that move, as far as instants show.
+    /// The lowest point of the moving links, at the sampled instants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lowest: Option<LowestPoint>,
-    /// What the certificate has room for, and what stopping takes; a motion of an earlier version does not say.
+    /// Margins to the limits, and the distance and time of stopping; a motion of an earlier version does not have them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margins: Option<Margins>,
-    /// The limits with what proves them.
+    /// The limits with their proofs.
     pub certificate: Vec<CertificateRow>,
-    /// What the motion makes visible.
+    /// The parameters with their predicted standard deviations.
     pub parameters: Vec<VisibleParameter>,
 }
 
@@ -95,43 +97,43 @@ pub struct MotionJoint {
     pub coordinate: String,
     /// Centre of a series, or the pose where a spline starts and ends, rad (m).
     pub centre: f64,
-    /// Amplitudes of the velocity that go with the cosine, rad/s (m/s), harmonic by harmonic.
+    /// Cosine amplitudes of the velocity, rad/s (m/s), one a harmonic.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cosine: Vec<f64>,
-    /// Those that go with the sine.
+    /// Sine amplitudes of the velocity, rad/s (m/s), one a harmonic.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<f64>,
-    /// Of a spline: its control points between the first and the last three, less the centre, rad (m).
+    /// Control points of a spline without the first and the last three, minus the centre, rad (m).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub control_points: Vec<f64>,
-    /// The limits it was made for.
+    /// The limits of the search.
     pub limits: CoordinateLimits,
 }
 
 impl MotionJoint {
-    /// From the coefficients of a shape.
-    pub fn new(coordinate: String, shape: &Shape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
+    /// A joint from the coefficients of a shape.
+    pub fn new(coordinate: String, shape: &MotionShape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
         let centre = coefficients.first().copied().unwrap_or(0.0);
         let swing = coefficients.get(1..).unwrap_or_default();
         let nothing = MotionJoint { coordinate, centre, cosine: vec![], sine: vec![], control_points: vec![], limits };
         match shape {
-            Shape::Fourier(_) => MotionJoint {
+            MotionShape::Fourier(_) => MotionJoint {
                 cosine: swing.iter().copied().step_by(2).collect(),
                 sine: swing.iter().copied().skip(1).step_by(2).collect(),
                 ..nothing
             },
-            Shape::Spline(_) => MotionJoint { control_points: swing.to_vec(), ..nothing },
+            MotionShape::Spline(_) => MotionJoint { control_points: swing.to_vec(), ..nothing },
         }
     }
 
-    /// The coefficients; `None` where they are not those of the shape.
-    fn coefficients(&self, shape: &Shape) -> Option<Vec<f64>> {
+    /// The coefficients; `None` where their number does not fit the shape, or one is not finite.
+    fn coefficients(&self, shape: &MotionShape) -> Option<Vec<f64>> {
         let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
         let swing: Vec<f64> = match shape {
-            Shape::Fourier(_) if self.cosine.len() == self.sine.len() && self.control_points.is_empty() => {
+            MotionShape::Fourier(_) if self.cosine.len() == self.sine.len() && self.control_points.is_empty() => {
                 pairs.collect()
             }
-            Shape::Spline(_) if self.cosine.is_empty() && self.sine.is_empty() => self.control_points.clone(),
+            MotionShape::Spline(_) if self.cosine.is_empty() && self.sine.is_empty() => self.control_points.clone(),
             _ => return None,
         };
         let all: Vec<f64> = std::iter::once(self.centre).chain(swing).collect();
@@ -140,24 +142,26 @@ impl MotionJoint {
 }
 
 impl ExcitingMotion {
-    /// The shape, as its first joint has it.
-    fn shape(&self) -> Shape {
+    /// The shape; its size follows from the first joint.
+    fn shape(&self) -> MotionShape {
         let size = |of: &dyn Fn(&MotionJoint) -> &Vec<f64>| self.joints.first().map_or(0, |j| of(j).len());
         match self.blend_s {
             Some(blend) => {
                 let harmonics = size(&|j| &j.cosine);
-                Shape::Fourier(FourierSeries { period: self.period_s, blend, harmonics })
+                MotionShape::Fourier(FourierSeries { period: self.period_s, blend, harmonics })
             }
-            None => Shape::Spline(QuinticSpline { period: self.period_s, spans: size(&|j| &j.control_points) + 1 }),
+            None => {
+                MotionShape::Spline(QuinticSpline { period: self.period_s, spans: size(&|j| &j.control_points) + 1 })
+            }
         }
     }
 
-    /// The motion itself.
+    /// The motion in the form for evaluation.
     ///
     /// Fails where its numbers describe no motion.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
-        // A file may be edited: each number is checked before the motion is made from it.
+        // A file may be edited by hand: each number is checked before the motion is made from it.
         let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
         let given = times.iter().filter_map(|(name, x)| Some((name, (*x)?)));
         if let Some((name, x)) = given.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
@@ -169,7 +173,7 @@ impl ExcitingMotion {
                 self.effort_share, self.repetitions
             ));
         }
-        // The number of samples is checked before anybody makes them.
+        // The number of samples is checked before they are computed.
         let shape = self.shape();
         let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
         check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;
@@ -177,8 +181,8 @@ impl ExcitingMotion {
         for joint in &self.joints {
             let Some(coefficients) = joint.coefficients(&shape).filter(|x| x.len() > 1) else {
                 let expected = match shape {
-                    Shape::Fourier(_) => "as many finite cosine and sine as the first joint has",
-                    Shape::Spline(_) => {
+                    MotionShape::Fourier(_) => "as many finite cosine and sine as the first joint has",
+                    MotionShape::Spline(_) => {
                         "as many finite control_points as the first joint has, and nothing else; a motion of cosine and \
                          sine has blend_s"
                     }
@@ -190,9 +194,9 @@ impl ExcitingMotion {
         Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
     }
 
-    /// Its certificate with what it leaves out, as the file says.
-    pub fn ledger(&self) -> MotionLedger<'_> {
-        MotionLedger {
+    /// Its certificate with the omitted checks, from the file.
+    pub fn claims(&self) -> MotionClaims<'_> {
+        MotionClaims {
             rows: &self.certificate,
             left_out: self.left_out.as_deref().unwrap_or_default(),
             floor: self.space.floor.and_then(Floor::height),
@@ -200,20 +204,20 @@ impl ExcitingMotion {
         }
     }
 
-    /// Its shape and its times.
+    /// Its shape and its times, in words.
     pub fn in_words(&self) -> String {
         let (period, rate) = (seconds(self.period_s), self.rate_hz);
         let shape = self.shape();
         let duration = seconds(2.0 * shape.blend() + self.repetitions as f64 * self.period_s);
         let text = match shape {
-            Shape::Fourier(series) => {
+            MotionShape::Fourier(series) => {
                 let repeated = counted(self.repetitions, "period", "periods");
                 let (harmonics, frequency, blend) = (series.harmonics, 1.0 / self.period_s, seconds(series.blend));
                 format!(
                     "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
                 )
             }
-            Shape::Spline(spline) => {
+            MotionShape::Spline(spline) => {
                 let repeated = counted(self.repetitions, "time", "times");
                 format!("a quintic spline of {} spans, {repeated} {period} s from rest to rest", spline.spans)
             }
@@ -223,17 +227,17 @@ impl ExcitingMotion {
 
     /// The text of motion.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Motion, self.seal, self).map_err(Error::new)
+        artefact::write(ArtefactKind::Motion, self.checksum, self).map_err(Error::new)
     }
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
-        let motion: ExcitingMotion = artefact::read(Kind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
+        let motion: ExcitingMotion = artefact::read(ArtefactKind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;
-        Ok(ExcitingMotion { seal: Seal::of(text), ..motion })
+        Ok(ExcitingMotion { checksum: Checksum::of(text), ..motion })
     }
 
-    /// Fails where playing or proving it would take without end: no `rist excite` writes such a motion.
+    /// Fails where playing or proving the motion would take too long: `rist excite` writes no such motion.
     fn check_size(&self) -> Result<(), String> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
@@ -245,13 +249,16 @@ impl ExcitingMotion {
         }
         for joint in &self.joints {
             let count = joint.cosine.len().max(joint.sine.len());
-            if count > MOST_HARMONICS {
-                return Err(format!("{} has {count} harmonics; at most {MOST_HARMONICS} are read", joint.coordinate));
+            if count > MAX_HARMONICS_READ {
+                return Err(format!(
+                    "{} has {count} harmonics; at most {MAX_HARMONICS_READ} are read",
+                    joint.coordinate
+                ));
             }
             let numbers = joint.cosine.iter().chain(&joint.sine).chain([&joint.centre]);
-            if let Some(x) = numbers.into_iter().find(|x| x.is_nan() || x.abs() > LARGEST_NUMBER) {
+            if let Some(x) = numbers.into_iter().find(|x| x.is_nan() || x.abs() > LARGEST_POSITION) {
                 return Err(format!(
-                    "{} moves by {x:e} rad (m); no robot goes as far as {LARGEST_NUMBER:e}",
+                    "{} moves by {x:e} rad (m); no robot goes as far as {LARGEST_POSITION:e}",
                     joint.coordinate
                 ));
             }
@@ -262,15 +269,15 @@ impl ExcitingMotion {
 
 /// Sample rates of controllers, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
-/// Harmonics of a joint. The search takes at most 40.
-const MOST_HARMONICS: usize = 100;
-/// rad (m).
-const LARGEST_NUMBER: f64 = 1e6;
+/// Greatest number of harmonics of a joint. The search takes at most 40.
+const MAX_HARMONICS_READ: usize = 100;
+/// Greatest amplitude or centre of a joint, rad (m).
+const LARGEST_POSITION: f64 = 1e6;
 
-/// Seconds without the digits that rounding left: 38.8, not 38.800000000000004.
+/// A time rounded to microseconds, s: 38.8, not 38.800000000000004.
 fn seconds(x: f64) -> f64 {
     let micros = (x * 1e6).round();
-    // What is less than a microsecond is no digit of rounding.
+    // A time below a microsecond is not a rounding error, and is kept.
     if micros != 0.0 && micros.abs() < 1e15 { micros / 1e6 } else { x }
 }
 
@@ -280,7 +287,7 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 }
 
 impl ExcitingMotion {
-    /// The motion for people. `is_prismatic` is as of [`certificate_text`].
+    /// The motion as text for users. `is_prismatic` is described at [`certificate_text`].
     pub fn text(&self, is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
         let (determinant, condition) = (significant(self.determinant, 4), significant(self.condition_number, 3));
         let kept = self.kept_share.map_or(String::new(), |share| {
@@ -292,9 +299,9 @@ impl ExcitingMotion {
             self.model.name,
             self.in_words(),
             certificate_text(&self.certificate, is_prismatic),
-            self.ledger().left_out_text(),
+            self.claims().left_out_text(),
             parameters_text(&self.parameters),
-            self.ledger()
+            self.claims()
         )
     }
 }

@@ -1,11 +1,11 @@
-//! The kinematic limits of a motion as a wall that a descent stays within.
+//! The kinematic limits of a motion as a barrier that a descent stays within.
 //!
-//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear
-//! in the coefficients x of a joint: low <= r x <= high. The wall of a row with weight 1/S (S instants a period) is
+//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear in the
+//! coefficients x of a joint: low <= r x <= high. The barrier of a row with weight 1/S (S instants a period) is
 //!
 //! B(x) = -1/S sum log((high - r x) / half) + log((r x - low) / half),   half = (high - low) / 2
 //!
-//! Here x is scaled by the units of the shape ([`Shape::units`]).
+//! Here x is scaled by the units of the shape ([`MotionShape::units`]).
 //! [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -13,51 +13,53 @@ use numerics::information_matrix::add_products;
 use processor::in_parallel;
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::motion::Shape;
+use crate::excitation::motion::MotionShape;
 
-/// Instants of the wall for each instant of the criterion.
+/// Instants of the barrier for each instant of the criterion.
 ///
-/// With thirty a period of the highest harmonic a peak can lie (pi/30)^2 / 2 = 0.5 % above what they show. Where a
-/// motion is made smaller by that, the determinant loses twice as much.
-const WALL_INSTANTS_PER_SAMPLE: usize = 2;
-/// With fewer joints a second thread does not pay.
+/// With thirty instants in a period of the highest harmonic, a peak between them can be (pi/30)^2 / 2 = 0.5 % greater. Where a
+/// motion is scaled down by this share, the loss of the determinant is twice as large.
+const BARRIER_INSTANTS_PER_SAMPLE: usize = 2;
+/// With fewer joints a second thread saves no time.
 const MIN_JOINTS_FOR_THREADS: usize = 12;
+/// Share of the distance to a bound that one step may use.
+const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
 /// The rows of one joint.
 #[derive(Clone)]
-struct JointRows {
+struct BarrierRows {
     /// rows x m.
     rows: Vec<f64>,
     bounds: Vec<(f64, f64)>,
-    /// Limit of each row.
+    /// Kind of limit of each row.
     kinds: Vec<LimitKind>,
-    /// How large a change of the scaled coefficients is, m x m: see [`Shape::metric`].
+    /// Metric of the scaled coefficients, m x m: see [`MotionShape::metric`].
     metric: DMatrix<f64>,
 }
 
-/// The wall of all joints that move.
+/// The barrier of all joints that move.
 #[derive(Clone)]
 pub struct Barrier {
     m: usize,
     weight: f64,
-    joints: Vec<JointRows>,
+    joints: Vec<BarrierRows>,
 }
 
 impl Barrier {
-    /// The wall for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
-    pub fn new(shape: &Shape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
-        let samples = WALL_INSTANTS_PER_SAMPLE * samples;
+    /// The barrier for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
+    pub fn new(shape: &MotionShape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
+        let samples = BARRIER_INSTANTS_PER_SAMPLE * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
         for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
             rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
         }
-        // The ends of a motion have rows of zeros, since nothing moves at rest.
+        // The rows at the ends of a motion are zero, since the robot is at rest there.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
             let (m, scale) = (shape.size(), shape.units(limits));
             let bound = |kind: LimitKind| limits.bounds(kind).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-            JointRows {
+            BarrierRows {
                 rows: rows.iter().flat_map(|(_, row)| row.iter().zip(&scale).map(|(x, s)| x * s)).collect(),
                 bounds: rows.iter().map(|(kind, _)| bound(*kind)).collect(),
                 kinds: rows.iter().map(|(kind, _)| *kind).collect(),
@@ -68,15 +70,15 @@ impl Barrier {
         Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
     }
 
-    /// Row values with their bounds, of one joint.
+    /// The rows of one joint with their values and bounds.
     fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
         let rows = &self.joints[joint];
         let x = &x[joint * self.m..][..self.m];
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits. So many threads share the joints, and
-    /// not a bit depends on it.
+    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits. The joints are shared by `threads`
+    /// threads; the result is independent of their number, bit for bit.
     pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64], threads: usize) -> Option<f64> {
         let of_joint = |(joint, gradient): (usize, &mut [f64])| {
             let mut logarithms = Vec::with_capacity(self.joints[joint].bounds.len());
@@ -100,16 +102,16 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// Threads that share the joints: a thread begins in the time that a few of them take.
+    /// Number of threads: starting a thread takes as long as the work of several joints.
     fn shared_by(&self, threads: usize) -> usize {
         if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
     }
 
-    /// The second derivative of `factor` B plus `ridge` times the metric, joint by joint.
+    /// The Hessian of `factor` B plus `ridge` times the metric, joint by joint.
     pub(crate) fn bends(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Vec<DMatrix<f64>> {
         let m = self.m;
         let block = |joint: usize| {
-            let JointRows { rows, metric, .. } = &self.joints[joint];
+            let BarrierRows { rows, metric, .. } = &self.joints[joint];
             let bend = |(_, value, (low, high)): (&[f64], f64, (f64, f64))| {
                 factor * self.weight * ((high - value).powi(-2) + (value - low).powi(-2))
             };
@@ -123,7 +125,7 @@ impl Barrier {
         in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block)
     }
 
-    /// The greatest step along a direction that keeps a hundredth of the room of every row.
+    /// The greatest step along a direction that keeps a hundredth of the distance of every row to its bound.
     pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         for joint in 0..self.joints.len() {
@@ -132,14 +134,14 @@ impl Barrier {
                 let rate = dot(row, d);
                 let room = if rate > 0.0 { high - value } else { value - low };
                 if rate != 0.0 {
-                    step = step.min(0.99 * room / rate.abs());
+                    step = step.min(STEP_TO_BOUND_SHARE * room / rate.abs());
                 }
             }
         }
         step
     }
 
-    /// The least room of any row over half the width of its limit, with the joint and the limit.
+    /// The least distance of any row to its bound over half the width of its limits, with the joint and the limit.
     pub(crate) fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let all = (0..self.joints.len()).flat_map(|joint| {
             let kinds = &self.joints[joint].kinds;
@@ -158,20 +160,20 @@ impl Barrier {
     }
 }
 
-/// A factored second derivative, block by block.
+/// A factored Hessian, block by block.
 pub struct Curvature {
     m: usize,
     blocks: Vec<Cholesky<f64, Dyn>>,
 }
 
 impl Curvature {
-    /// Of one block a joint; `None` where one is not positive definite.
+    /// From one block a joint; `None` where one is not positive definite.
     pub(crate) fn of_joints(bends: Vec<DMatrix<f64>>) -> Option<Curvature> {
         let m = bends.first()?.nrows();
         bends.into_iter().map(Cholesky::new).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
     }
 
-    /// Of one block for all joints.
+    /// From one block for all joints.
     pub(crate) fn of_all(factor: Cholesky<f64, Dyn>) -> Curvature {
         Curvature { m: factor.l_dirty().nrows(), blocks: vec![factor] }
     }
@@ -184,7 +186,7 @@ impl Curvature {
     }
 }
 
-/// By indices: `zip` is not inlined from another unit of the crate, and this runs for every row of every step.
+/// Product of two vectors, by indices: `zip` is not inlined across codegen units, and this runs for every row of every step.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
     (0..a.len()).map(|i| a[i] * b[i]).sum()
@@ -199,7 +201,7 @@ pub(crate) mod tests {
     pub(crate) fn barrier() -> Barrier {
         let limits = limits((-1.0, 2.0), [1.5, 4.0, 60.0]);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
-        Barrier::new(&Shape::Fourier(series), 40, &[&limits, &limits])
+        Barrier::new(&MotionShape::Fourier(series), 40, &[&limits, &limits])
     }
 
     #[test]
@@ -238,7 +240,7 @@ pub(crate) mod tests {
     #[test]
     fn threads_change_no_bit() {
         let one = barrier();
-        let joints: Vec<JointRows> = one.joints.iter().cycle().take(MIN_JOINTS_FOR_THREADS + 1).cloned().collect();
+        let joints: Vec<BarrierRows> = one.joints.iter().cycle().take(MIN_JOINTS_FOR_THREADS + 1).cloned().collect();
         let many = Barrier { joints, ..one };
         let x: Vec<f64> = (0..many.m * many.joints.len()).map(|k| 0.1 * (1.7 * k as f64).sin()).collect();
         let of = |threads: usize| {

@@ -1,43 +1,45 @@
-//! A pose about which bodies keep apart and drives hold the robot, by descent, and what poses break where there is none.
+//! A centre of the motion with sufficient distances of bodies and sufficient torque limits, found by descent; and the limits that
+//! random poses violate where there is none.
 //!
-//! What is missing at a pose q is
+//! The residuals at a pose q are
 //!
 //! ```text
 //! r = (a - room(q)) / w     of each two solids with less room than a
 //! r = share(q) - s          of each torque at rest beyond the share s of its bound
 //! ```
-//! A step d solves (J' J + lambda I) d = -J' r, J by the scaled coordinates. lambda falls after a step that lowers r' r and rises
-//! after one that does not [Nocedal, Wright 2006, 10.3].
+//! The step d solves (J' J + lambda I) d = -J' r, J with respect to the scaled coordinates. lambda decreases after a step that
+//! lowers r' r and increases otherwise [Nocedal, Wright 2006, 10.3].
 
 use nalgebra::{DMatrix, DVector};
 use numerics::interruption::Interruption;
 use random::Random;
 
-use crate::excitation::gap_proof::Known;
+use crate::excitation::gap_proof::GapCache;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// Room that a descent asks for, in reserves of the gap, first so much that there is room to move, then less: a search begins with
-/// two.
+/// Distances that the descent requires, a, in multiples of the reserve of a gap: first enough for a large motion, then less. A
+/// search starts at two or more.
 const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
-/// w, m.
+/// w, the unit of distances, m.
 const UNIT_OF_ROOM_M: f64 = 0.01;
-/// s at the same time: a search begins below 0.95.
+/// s for each of these distances: a search starts below 0.95.
 const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
-/// Farthest that a step goes, as a share of half the room of a coordinate.
-const LONGEST_STEP: f64 = 0.3;
-/// Room of a coordinate that stays free at each end, as a share of it.
-const FREE_AT_ENDS: f64 = 0.01;
-/// Steps of a descent: most end after ten.
-const MAX_STEPS: usize = 40;
-/// lambda at first, its factors after a step that helps and after one that does not, and where a descent ends.
+/// Longest step of a coordinate, as a share of half its range.
+const MAX_STEP_SHARE: f64 = 0.3;
+/// Share of a coordinate's range that a step keeps free at each end.
+const FREE_RANGE_SHARE: f64 = 0.01;
+/// Steps of a descent, at most; most descents end after ten.
+const MAX_DESCENT_STEPS: usize = 40;
+/// Initial lambda, its factor after a successful step and after an unsuccessful one, and the greatest lambda, at which a descent
+/// ends.
 const DAMPING: (f64, f64, f64, f64) = (1e-2, 0.3, 4.0, 1e6);
 
-/// What is missing, row by row, with its slopes along the scaled coordinates that move.
+/// The residuals with their gradients by the scaled coordinates that move.
 type Missing = Vec<(f64, Vec<f64>)>;
 
 impl Prepared<'_> {
-    /// The zero pose, or as near to it as the limits allow.
+    /// The zero pose, or the nearest pose within the limits.
     pub(super) fn home(&self) -> Vec<f64> {
         self.pose(|(low, high)| 0.0_f64.clamp(low, high))
     }
@@ -51,7 +53,7 @@ impl Prepared<'_> {
         self.problem.limits.iter().map(|l| l.locked.unwrap_or_else(|| of(l.position))).collect()
     }
 
-    /// The pose at which descents from `q` end: with much room, or else with little.
+    /// The pose at which descents from `q` end: with the greater distances, or else with the smaller ones.
     pub(super) fn freed(&self, q: &[f64]) -> Vec<f64> {
         let [far, near] = [0, 1].map(|k| (WANTED_RESERVES[k], WANTED_TORQUE_SHARES[k]));
         let found = self.descended(q, far);
@@ -65,17 +67,17 @@ impl Prepared<'_> {
         self.moving().iter().for_each(|&k| q[k] = self.within(k, q[k]));
         let mut missing = self.missing(&q, wanted, &mut known);
         let (mut damping, fall, rise, most) = DAMPING;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..MAX_DESCENT_STEPS {
             if missing.is_empty() || damping > most || Interruption::check().is_err() {
                 break;
             }
             let Some(step) = step(&missing, half.len(), damping) else { break };
             let mut next = q.clone();
             for ((&k, d), half) in self.moving().iter().zip(step.iter()).zip(&half) {
-                next[k] = self.within(k, q[k] + half * d.clamp(-LONGEST_STEP, LONGEST_STEP));
+                next[k] = self.within(k, q[k] + half * d.clamp(-MAX_STEP_SHARE, MAX_STEP_SHARE));
             }
             let found = self.missing(&next, wanted, &mut known);
-            if size(&found) < size(&missing) {
+            if squared_norm(&found) < squared_norm(&missing) {
                 (q, missing) = (next, found);
                 damping *= fall;
             } else {
@@ -91,11 +93,11 @@ impl Prepared<'_> {
     }
 
     fn within(&self, k: usize, q: f64) -> f64 {
-        let ((low, high), free) = (self.problem.limits[k].position, 2.0 * FREE_AT_ENDS * self.half_room(k));
+        let ((low, high), free) = (self.problem.limits[k].position, 2.0 * FREE_RANGE_SHARE * self.half_room(k));
         q.clamp(low + free, high - free)
     }
 
-    fn missing(&self, q: &[f64], (reserves, most_share): (f64, f64), known: &mut Known) -> Missing {
+    fn missing(&self, q: &[f64], (reserves, most_share): (f64, f64), known: &mut GapCache) -> Missing {
         let (mut rows, scaled) = (Missing::new(), |slope: &[f64], factor: f64| -> Vec<f64> {
             self.moving().iter().map(|&k| factor * slope[k] * self.half_room(k)).collect()
         });
@@ -123,12 +125,12 @@ impl Prepared<'_> {
     }
 }
 
-/// q, dq, ddq of a robot that stands.
+/// q, dq, ddq of a robot at rest.
 fn at_rest(q: &[f64]) -> Vec<f64> {
     [q, &vec![0.0; 2 * q.len()]].concat()
 }
 
-fn size(missing: &Missing) -> f64 {
+fn squared_norm(missing: &Missing) -> f64 {
     missing.iter().map(|(r, _)| r * r).sum()
 }
 
@@ -139,16 +141,16 @@ fn step(missing: &Missing, n: usize, damping: f64) -> Option<DVector<f64>> {
     Some(normal.cholesky()?.solve(&slopes.tr_mul(&residuals)))
 }
 
-/// What poses break.
+/// A limit that poses violate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Broken {
+pub struct ViolatedLimit {
     /// A gap, or a coordinate with its limit of effort.
     pub what: Obstacle,
-    /// Poses that break it.
+    /// Number of poses that violate it.
     pub poses: usize,
 }
 
-/// What stands in the way of a motion.
+/// An obstacle to a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
     /// Index of a gap.
@@ -157,16 +159,18 @@ pub enum Obstacle {
     Effort(usize),
 }
 
-/// Seed of the poses of a count.
+/// Seed of the random poses of a count.
 const COUNT_SEED: u64 = 40;
 
-/// How many of `poses` random poses within the limits break nothing, and what the others break, the commonest first.
-pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<Broken>) {
+/// The number of `poses` random poses within the limits that violate no limit, and the limits that the others violate, the most
+/// frequent first.
+pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<ViolatedLimit>) {
     let prepared = Prepared::new(problem);
     let n = problem.limits.len();
     let gaps = problem.surroundings.map_or(0, |s| s.gaps().len());
     let (all, still) = ((0..gaps).collect::<Vec<usize>>(), vec![0.0; n]);
     let (mut of_gaps, mut of_efforts, mut free) = (vec![0; gaps], vec![0; n], 0);
+    // Each pose has its own random stream, so the counts are independent of the number of poses.
     for pose in 0..poses {
         let mut random = Random::stream(COUNT_SEED, pose as u64);
         let q = prepared.pose(|(low, high)| random.between(low, high));
@@ -180,6 +184,7 @@ pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<Broken>) 
                 is_free &= !is_broken;
             }
         }
+        // At rest only gravity and dry friction load the drives.
         if let Some(wall) = problem.torque {
             let states = at_rest(&q);
             let near = wall.near(problem.limits, &states, &prepared.rigid_torques(&states), &[1.0], 1.0);
@@ -190,9 +195,11 @@ pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<Broken>) 
         }
         free += usize::from(is_free);
     }
-    let of_gaps = of_gaps.into_iter().enumerate().map(|(gap, poses)| Broken { what: Obstacle::Gap(gap), poses });
-    let of_efforts = of_efforts.into_iter().enumerate().map(|(k, poses)| Broken { what: Obstacle::Effort(k), poses });
-    let mut broken: Vec<Broken> = of_gaps.chain(of_efforts).filter(|broken| broken.poses > 0).collect();
+    // Only violated limits are listed.
+    let of_gaps = of_gaps.into_iter().enumerate().map(|(gap, poses)| ViolatedLimit { what: Obstacle::Gap(gap), poses });
+    let of_efforts =
+        of_efforts.into_iter().enumerate().map(|(k, poses)| ViolatedLimit { what: Obstacle::Effort(k), poses });
+    let mut broken: Vec<ViolatedLimit> = of_gaps.chain(of_efforts).filter(|broken| broken.poses > 0).collect();
     broken.sort_by_key(|broken| std::cmp::Reverse(broken.poses));
     (free, broken)
 }
@@ -218,12 +225,12 @@ mod tests {
         let (free, broken) = broken_at_poses(&narrow, 300);
         // 0.38 of 3.5, three deviations of a count.
         assert!((15..=50).contains(&free), "{broken:?}");
-        assert_eq!(broken, [Broken { what: Obstacle::Gap(0), poses: 300 - free }]);
+        assert_eq!(broken, [ViolatedLimit { what: Obstacle::Gap(0), poses: 300 - free }]);
 
         let nowhere = Rod::new(-1.0);
         let nowhere = beside(&nowhere);
         assert!(!can_begin(&nowhere, 3) && search(&nowhere, &options, &|_, _| ()).is_err());
-        assert_eq!(broken_at_poses(&nowhere, 50), (0, vec![Broken { what: Obstacle::Gap(0), poses: 50 }]));
+        assert_eq!(broken_at_poses(&nowhere, 50), (0, vec![ViolatedLimit { what: Obstacle::Gap(0), poses: 50 }]));
     }
 
     #[test]

@@ -1,31 +1,31 @@
-//! A certificate, and what a motion makes visible, as tables for people: units, and no more digits than say something.
+//! A certificate, and the parameters that a motion identifies, as tables for users: with units and significant digits.
 
 use claims::significant;
 
 use crate::excitation::limit_kind::LimitKind;
-use crate::excitation::proof::{CertificateRow, Kept};
+use crate::excitation::proof::{CertificateRow, LimitProof};
 use crate::excitation::visibility::VisibleParameter;
 
 /// The rows of one kind of limit.
 pub struct LimitSummary<'a> {
     /// The kind.
     pub limit: LimitKind,
-    /// Rows of it.
+    /// Number of its rows.
     pub count: usize,
-    /// How many of them are proven.
+    /// Number of proven rows.
     pub proven: usize,
-    /// Of those proven, the one with the least room as a share of its bound.
+    /// The proven row that is nearest to its bound, relative to the bound.
     pub nearest: Option<&'a CertificateRow>,
-    /// Those that are not.
+    /// The rows that are not proven.
     pub faults: Vec<&'a CertificateRow>,
 }
 
-/// A certificate by kind of limit, those it has rows of.
+/// A certificate by kind of limit, without kinds that have no rows.
 pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
     let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
     let of_kind = |limit: LimitKind| {
         let own = rows.iter().filter(move |r| r.limit == limit);
-        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == Kept::Proven);
+        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == LimitProof::Proven);
         let nearest = proven.iter().copied().min_by(|a, b| share(a).total_cmp(&share(b)));
         LimitSummary { limit, count: proven.len() + faults.len(), proven: proven.len(), nearest, faults }
     };
@@ -33,7 +33,7 @@ pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
 }
 
 impl CertificateRow {
-    /// The row in words, at a joint that turns or slides; with both units where nobody says which.
+    /// The row in words; with both units where it is not known whether the joint turns or slides.
     pub fn in_words(&self, is_prismatic: Option<bool>) -> String {
         let CertificateRow { limit, subject, .. } = self;
         let unit = limit.unit_of(is_prismatic);
@@ -41,36 +41,34 @@ impl CertificateRow {
         let time = significant(self.time_s, TIME_DIGITS);
         let start = format!("{limit} of {subject}: {value} {unit} at {time} s");
         match self.kept {
-            Kept::Proven => format!("{start}, bound {bound} {unit}, proven"),
-            Kept::Violated => {
+            LimitProof::Proven => format!("{start}, bound {bound} {unit}, proven"),
+            LimitProof::Violated => {
                 let beyond = significant((self.value - self.bound).abs(), 3);
                 format!("{start} is beyond {bound} {unit} by {beyond} {unit}")
             }
-            Kept::Open => {
-                let nowhere = significant(self.nowhere_beyond, MOST_DIGITS);
+            LimitProof::Open => {
+                let nowhere = significant(self.nowhere_beyond, MAX_DIGITS);
                 format!("{start}, bound {bound} {unit}, not proven: nowhere beyond {nowhere} {unit}")
             }
         }
     }
 
-    /// Value and bound with four digits, or as many more as tell them apart.
+    /// Value and bound with four digits, or with more until they differ.
     fn digits(&self) -> (String, String) {
         let both = |digits| (significant(self.value, digits), significant(self.bound, digits));
-        (FEWEST_DIGITS..MOST_DIGITS)
-            .map(both)
-            .find(|(value, bound)| value != bound)
-            .unwrap_or_else(|| both(MOST_DIGITS))
+        (MIN_DIGITS..MAX_DIGITS).map(both).find(|(value, bound)| value != bound).unwrap_or_else(|| both(MAX_DIGITS))
     }
 }
 
-const FEWEST_DIGITS: usize = 4;
-/// A proof is not as fine as more digits would say.
-const MOST_DIGITS: usize = 7;
-/// Tenths of milliseconds of some ten seconds.
+/// Least number of digits of a value and its bound.
+const MIN_DIGITS: usize = 4;
+/// Greatest number of digits: a proof is not more accurate.
+const MAX_DIGITS: usize = 7;
+/// Digits of a time: tenths of milliseconds in some ten seconds.
 const TIME_DIGITS: usize = 6;
 
-/// A certificate for people: violated and open limits in full, the others as the least room of each limit.
-/// `is_prismatic` says of the name of a coordinate whether it slides, and nothing of other names.
+/// A certificate as text: violated and unproven rows in full, the others as the nearest row of each kind of limit. `is_prismatic`
+/// says whether the coordinate of this name slides; `None` for other names.
 pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
     let summaries = certificate_summary(rows);
     let nearest = summaries.iter().filter_map(|summary| summary.nearest);
@@ -95,13 +93,13 @@ pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> 
     text
 }
 
-/// What a motion makes visible: the deviation with two digits, and the described value as far as they reach.
+/// The parameters that a motion identifies: the standard deviation with two digits, and the nominal value with as many decimals.
 pub fn parameters_text(parameters: &[VisibleParameter]) -> String {
     let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
     let mut text =
         format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "described", "deviation", "relative");
     for p in parameters {
-        // Digits behind the point: the second one of the deviation.
+        // Decimals up to the second digit of the standard deviation.
         let decimals = |deviation: f64| (1.0 - deviation.abs().log10().floor()).clamp(0.0, 9.0) as usize;
         let described = match (p.described, p.deviation.filter(|x| *x > 0.0)) {
             (None, _) => "-".into(),

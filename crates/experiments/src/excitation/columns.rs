@@ -1,11 +1,11 @@
-//! The columns that an identification will have, along a motion: base parameters and friction of each joint.
+//! The columns of an identification along a motion: base parameters and friction of each joint.
 //!
-//! In a search the sign of dry friction is the smooth tanh(dq / v), so that it has a slope; v is 2 % of the
-//! velocity that the limits let it reach. What a found motion shows is computed with the sign itself
+//! In a search the sign of dry friction is replaced by the smooth tanh(dq / v), which has a derivative; v is 2 % of the greatest
+//! velocity within the limits. The predicted standard deviations of the resulting motion use the sign itself
 //! ([`crate::excitation::visibility`]).
 //!
-//! A locked coordinate has no row, because its dry friction may take any part of the torque. A column that is then a
-//! combination of those before it, at random states within the limits, cannot be told apart and is left out.
+//! A locked coordinate has no row, because its dry friction may take any share of the torque. A column that is then a linear
+//! combination of the columns before it, at random states within the limits, is not separable and is left out.
 
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 use linear_model::linear_model::Model;
@@ -14,16 +14,18 @@ use random::Random;
 
 use crate::excitation::limits::CoordinateLimits;
 
-/// Share of the velocity that is reachable over which the sign of dry friction turns in a search.
+/// Width of the smooth sign of dry friction in a search, as a share of the greatest velocity within the limits.
 pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
-/// A column is not told apart where the columns before it leave less than this share of its norm.
+/// A column is not separable where its residual with respect to the columns before it is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
+/// A column with a norm below this share of the largest norm counts as zero.
+const ZERO_NORM_SHARE: f64 = 1e-12;
 
-/// Rows a column from random states, at least, where no coordinate is locked.
+/// Least number of rows a column from random states, where no coordinate is locked.
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
-/// The columns of the friction of joint j, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
+/// The columns of the friction of joint j, with their derivatives by dq and ddq; `v`: width of the smooth sign, rad/s (m/s).
 pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
     let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
     let turn = (1.0 - sign * sign) / v;
@@ -53,15 +55,15 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f
                 put(sign * fall, (turn - 2.0 * sign * dq / (speed * speed)) * fall, 0.0);
             }
             FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
-            // It needs a measured torque, which a motion that is still to be run does not have.
+            // The term needs a measured torque, which does not exist before the motion is run.
             FrictionTerm::Load => put(0.0, 0.0, 0.0),
-            // A request for a motion refuses terms of a single joint. Here they have their columns, and nothing in them.
+            // A request for a motion refuses terms of a single joint. Here their columns exist and are zero.
             FrictionTerm::At(..) => term.parameters_of(j).iter().for_each(|_| put(0.0, 0.0, 0.0)),
         }
     }
 }
 
-/// Which columns of the model can be told apart by motions within the limits.
+/// Which columns of the model are separable by motions within the limits.
 pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut random = Random::new(1);
@@ -80,7 +82,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         let dq = state(&|l| (-l.reachable_velocity(), l.reachable_velocity(), 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
-        // The row of each moving joint: its line of Y, and its own friction behind all base columns.
+        // The row of each moving joint: its row of Y, and its friction columns after all base columns.
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
@@ -99,11 +101,13 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             block.push(&row, 0.0);
         }
     }
-    // A column that those before it explain has hardly anything left on the diagonal of the triangle.
+    // The diagonal entry of the triangle is the residual of a column with respect to the columns before it.
     let triangle = block.finish();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
-    (0..p).map(|c| norms[c] > 1e-12 * largest && triangle.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * norms[c]).collect()
+    (0..p)
+        .map(|c| norms[c] > ZERO_NORM_SHARE * largest && triangle.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * norms[c])
+        .collect()
 }
 
 #[cfg(test)]
@@ -149,12 +153,12 @@ mod tests {
     fn a_column_twice_is_seen_once() {
         let arm = Pendulum::new();
         let limits = |locked| CoordinateLimits { locked, ..limits((-1.0, 1.0), [1.0, 3.0, 100.0]) };
-        // A rotor inertia is ZZ1 once more.
+        // A rotor inertia has the same column as ZZ1.
         let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
         let model = Model::new(&arm, &friction, &[]);
         assert_eq!(visible_columns(&model, &[limits(None)]), [true, true, true, true, false]);
         assert_eq!(visible_columns(&model, &[limits(Some(0.3))]), [false; 5]);
-        // The term of another joint has no column here.
+        // A term of another joint has no column here.
         let friction = [FrictionTerm::At(2, JointTerm::Root), FrictionTerm::Viscous];
         assert_eq!(visible_columns(&Model::new(&arm, &friction, &[]), &[limits(None)]), [true; 4]);
     }

@@ -1,4 +1,4 @@
-//! The criterion of the rows of W, and its slope along each of their entries.
+//! The criterion of the rows of W, and its gradient by their entries.
 //!
 //! F = W'W / samples, p x p. With d_c the norms of the columns and C = F scaled to a unit diagonal:
 //!
@@ -6,8 +6,8 @@
 //! condition:   J = log(p tr C^-1) / 2, the logarithm of cond_fro of the scaled columns,
 //!              dJ/dF = [diag((F^-1)_cc) - F^-1 diag(F_cc) F^-1] / (2 tr C^-1)
 //!
-//! and dJ/dW = 2 W dJ/dF / samples. The rows of a joint are zero in the columns of the links before it, so that each joint has
-//! its rows in its own columns only: a third of the products. Both are to be made small. Neither depends on the scale of a column but for a
+//! and dJ/dW = 2 W dJ/dF / samples. The rows of a joint are zero in the columns of the links before it, so each joint stores only
+//! its own columns; this saves two thirds of the products. Both criteria are minimised. Scaling a column changes them only by a
 //! constant.
 
 use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// The aim of a search for a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Aim {
+pub enum SearchObjective {
     /// The greatest determinant of the information.
     Determinant,
     /// The least condition number (Frobenius) of the columns scaled to unit norm.
@@ -28,17 +28,17 @@ pub enum Aim {
 
 /// The rows of a joint.
 #[derive(Clone, Debug)]
-pub struct JointRows {
-    /// Columns of W in which they may differ from zero.
+pub struct CriterionRows {
+    /// Columns of W in which the rows may differ from zero.
     columns: Vec<usize>,
-    /// As many entries a row as columns, and as many behind them, which become the slope.
+    /// Entries of the rows, one a column, followed by the same number of entries for the gradient.
     blocks: Vec<RowBlock>,
 }
 
-impl JointRows {
-    /// No row yet in these columns.
-    pub fn new(columns: Vec<usize>) -> JointRows {
-        JointRows { columns, blocks: vec![] }
+impl CriterionRows {
+    /// An empty set of rows with these columns.
+    pub fn new(columns: Vec<usize>) -> CriterionRows {
+        CriterionRows { columns, blocks: vec![] }
     }
 
     /// The columns of the entries.
@@ -57,7 +57,7 @@ impl JointRows {
         }
     }
 
-    /// The products of the columns with one another, (i, j) with i <= j at j m + i.
+    /// The products of all pairs of columns, (i, j) with i <= j at j m + i.
     fn products(&mut self) -> Vec<f64> {
         let m = self.columns.len();
         let places: Vec<usize> = (0..m).collect();
@@ -66,8 +66,8 @@ impl JointRows {
         products
     }
 
-    /// Of each entry the slopes along it in the rows from number `first` on, a multiple of eight: of at most eight rows. `None`
-    /// behind the last row.
+    /// For each column the gradient by its entries in up to eight rows from number `first` on, a multiple of eight. `None` after
+    /// the last row.
     pub fn slopes(&self, first: usize) -> Option<impl Iterator<Item = &[f64]>> {
         let m = self.columns.len();
         let block = self.blocks.get(first / BLOCK_ROWS)?;
@@ -77,23 +77,24 @@ impl JointRows {
     }
 }
 
-/// J, and what its derivative follows from.
+/// J, with the data for its derivative.
 pub struct Criterion {
     /// The criterion, the smaller the better.
     pub value: f64,
-    aim: Aim,
-    rows: Vec<JointRows>,
+    aim: SearchObjective,
+    rows: Vec<CriterionRows>,
     threads: usize,
-    /// What each column is multiplied by for unit norm.
+    /// Factor that scales each column to unit norm.
     scale: Vec<f64>,
     /// C^-1, p x p.
     inverse: Vec<f64>,
 }
 
-/// The criterion of the rows of all joints and of other rows, p wide, by so many threads; `None` where they have not full rank.
+/// The criterion of the rows of all joints and of `others`, p wide, computed on `threads` threads; `None` where they lack full
+/// rank.
 pub fn criterion(
-    aim: Aim,
-    rows: Vec<JointRows>,
+    aim: SearchObjective,
+    rows: Vec<CriterionRows>,
     others: &[f64],
     p: usize,
     samples: usize,
@@ -101,8 +102,8 @@ pub fn criterion(
 ) -> Option<Criterion> {
     let mut lower = vec![0.0; p * p];
     add_row_products(&mut lower, p, others, |_| 1.0);
-    let all = in_parallel(rows, threads, |mut rows: JointRows| (rows.products(), rows));
-    for (products, JointRows { columns, .. }) in &all {
+    let all = in_parallel(rows, threads, |mut rows: CriterionRows| (rows.products(), rows));
+    for (products, CriterionRows { columns, .. }) in &all {
         for (j, products) in products.chunks_exact(columns.len().max(1)).enumerate() {
             for (i, product) in products.iter().enumerate().take(j + 1) {
                 let (a, b) = (columns[i].max(columns[j]), columns[i].min(columns[j]));
@@ -110,6 +111,7 @@ pub fn criterion(
             }
         }
     }
+    // C = F scaled to a unit diagonal; the scale of a zero column is not finite.
     let rows = all.into_iter().map(|(_, rows)| rows).collect();
     let squares: Vec<f64> = (0..p).map(|c| lower[c * p + c]).collect();
     let scale: Vec<f64> = squares.iter().map(|s| 1.0 / s.sqrt()).collect();
@@ -122,22 +124,22 @@ pub fn criterion(
     }
     let (log_det, inverse) = log_det_and_inverse(&lower, p)?;
     // One over the squared distance of a unit column from the span of the others.
-    if (0..p).any(|c| inverse[c * p + c].is_nan() || inverse[c * p + c] > MOST_INFLATION) {
+    if (0..p).any(|c| inverse[c * p + c].is_nan() || inverse[c * p + c] > MAX_VARIANCE_INFLATION) {
         return None;
     }
     let columns = p as f64;
     let value = match aim {
-        Aim::Determinant => {
+        SearchObjective::Determinant => {
             let of_scale: f64 = squares.iter().map(|s| (s / samples as f64).ln()).sum();
             -(log_det + of_scale) / columns
         }
-        Aim::Condition => 0.5 * (columns * trace(&inverse, p)).ln(),
+        SearchObjective::Condition => 0.5 * (columns * trace(&inverse, p)).ln(),
     };
     Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
 
-/// Inflation of a column's variance by the others from which rounding decides: a thousand times what the sums are off.
-const MOST_INFLATION: f64 = 1e13;
+/// The variance inflation of a column by the other columns above which rounding (1e-16 of the sums) dominates.
+const MAX_VARIANCE_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {
     (0..p).map(|i| matrix[i * p + i]).sum()
@@ -145,13 +147,13 @@ fn trace(matrix: &[f64], p: usize) -> f64 {
 
 impl Criterion {
     /// The rows with dJ/dW along each of their entries.
-    pub fn slope(self) -> Vec<JointRows> {
+    pub fn slope(self) -> Vec<CriterionRows> {
         let Criterion { aim, rows, threads, scale, inverse, .. } = self;
         let p = scale.len();
-        // dJ/dC of the scaled columns; of W: 2 W (scale dJ/dC scale).
+        // dJ/dC of the scaled columns; then dJ/dW = 2 W (scale dJ/dC scale).
         let of_c: Vec<f64> = match aim {
-            Aim::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
-            Aim::Condition => {
+            SearchObjective::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
+            SearchObjective::Condition => {
                 let trace = trace(&inverse, p);
                 let entry = |at: usize| {
                     let (i, j) = (at / p, at % p);
@@ -164,7 +166,7 @@ impl Criterion {
             }
         };
         in_parallel(rows, threads, |mut rows| {
-            let JointRows { columns, blocks } = &mut rows;
+            let CriterionRows { columns, blocks } = &mut rows;
             let factor = |b: usize, a: usize| 2.0 * scale[b] * scale[a] * of_c[b * p + a];
             let factors: Vec<f64> =
                 columns.iter().flat_map(|&b| columns.iter().map(move |&a| (b, a))).map(|(b, a)| factor(b, a)).collect();
@@ -187,12 +189,12 @@ mod tests {
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
         // Two joints, of which the second has no entry in the first column.
         let rows = |w: &[f64]| {
-            let mut joints = vec![JointRows::new((0..p).collect()), JointRows::new((1..p).collect())];
+            let mut joints = vec![CriterionRows::new((0..p).collect()), CriterionRows::new((1..p).collect())];
             w.chunks_exact(p).enumerate().for_each(|(r, row)| joints[r % 2].push(row[r % 2..].iter().copied()));
             joints
         };
         let others = [0.1, 2.0, 0.01, 0.5];
-        for aim in [Aim::Determinant, Aim::Condition] {
+        for aim in [SearchObjective::Determinant, SearchObjective::Condition] {
             let at = |w: &[f64]| criterion(aim, rows(w), &others, p, samples, 2).unwrap();
             let mut slopes = vec![0.0; w.len()];
             for (i, joint) in at(&w).slope().into_iter().enumerate() {
@@ -218,6 +220,6 @@ mod tests {
         }
         let mut lost = w.clone();
         lost.chunks_exact_mut(p).for_each(|row| row[1] = 2.0 * row[2]);
-        assert!(criterion(Aim::Determinant, rows(&lost), &[], p, samples, 1).is_none());
+        assert!(criterion(SearchObjective::Determinant, rows(&lost), &[], p, samples, 1).is_none());
     }
 }

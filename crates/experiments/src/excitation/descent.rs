@@ -1,49 +1,54 @@
-//! Quasi-Newton descent with a curvature that is known in part.
+//! Quasi-Newton descent with a partially known Hessian.
 //!
-//! Limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] in which the known curvature (of a barrier) takes the
-//! place of the multiple of the identity, and a backtracking line search (Armijo) that stays inside. A pair of steps
-//! and slopes without positive curvature is not kept.
+//! Limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] with the known Hessian (of a barrier) in place of the multiple of
+//! the identity, and a backtracking line search (Armijo) inside the domain. A pair of step and gradient change without positive
+//! curvature is not stored.
 
 use numerics::interruption::Interruption;
 use numerics::vector::dot;
 
-/// Pairs remembered.
+/// Pairs of step and gradient change that are stored.
 const REMEMBERED_PAIRS: usize = 12;
-/// Share of the decrease promised by the slope that a step must reach.
+/// Share of the linearly predicted decrease that a step must achieve (Armijo).
 const ARMIJO_SHARE: f64 = 1e-4;
-/// Most halvings of a step.
+/// Halvings of a step, at most.
 const MAX_STEP_HALVINGS: usize = 25;
+/// Least cosine between a step and the gradient change of a stored pair.
+const MIN_CURVATURE_COSINE: f64 = 1e-10;
+/// Consecutive iterations with little decrease after which a descent ends.
+const MAX_STALLED_ITERATIONS: usize = 3;
 
-/// A function to be made small, on an open set.
+/// A function to be minimised on an open set.
 pub trait Objective {
-    /// Value and gradient; `None` outside, and where the value is above `at_most`: nobody needs a gradient there.
+    /// Value and gradient; `None` outside the set, and where the value is above `at_most`, since the line search then needs no
+    /// gradient.
     fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)>;
 
-    /// Divides a vector by the known part of the curvature at x, in place.
+    /// Solves with the known part of the Hessian at x, in place.
     fn precondition(&self, x: &[f64], direction: &mut [f64]);
 
     /// The greatest step along a direction that may be tried.
     fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64;
 }
 
-/// Where a descent ended.
+/// The result of a descent.
 pub struct Descent {
-    /// Where the descent ended.
+    /// The point at which the descent ended.
     pub x: Vec<f64>,
-    /// The criterion, the smaller the better.
+    /// The value of the objective.
     pub value: f64,
-    /// Steps that it took.
+    /// Number of steps.
     pub iterations: usize,
 }
 
-/// Descends from `x` for at most so many iterations; `None` where x is outside.
+/// Descends from `x` for at most `iterations`; `None` where x is outside the domain.
 ///
-/// It ends earlier where three iterations in turn each win less than the share `least` of 1 + |f|, and where it is
+/// It ends earlier where three consecutive iterations each decrease f by less than `least` (1 + |f|), and where it is
 /// interrupted.
 pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
-    // The pairs (s, y, 1 / s'y) of steps and of changes of the slope, the oldest first.
+    // The pairs (s, y, 1 / s'y) of steps and gradient changes, the oldest first.
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
     let mut stalled = 0;
     for iteration in 0..iterations {
@@ -52,7 +57,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
         }
         let mut direction = along(objective, &x, &slope, &pairs);
         let mut rate = dot(&direction, &slope);
-        // The curvature remembered points uphill: forget it, and go along the known curvature alone.
+        // The stored curvature gives an ascent direction: discard it, and use the known Hessian alone.
         if rate.is_nan() || rate >= 0.0 {
             pairs.clear();
             direction = along(objective, &x, &slope, &pairs);
@@ -65,11 +70,11 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
             pairs.clear();
             continue;
         };
-        // A pair is kept where the curvature s'y along the step is clearly positive.
+        // A pair is stored where the curvature s'y along the step is clearly positive.
         let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
         let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let sy = dot(&s, &y);
-        if sy > 1e-10 * (dot(&s, &s) * dot(&y, &y)).sqrt() {
+        if sy > MIN_CURVATURE_COSINE * (dot(&s, &s) * dot(&y, &y)).sqrt() {
             if pairs.len() == REMEMBERED_PAIRS {
                 pairs.remove(0);
             }
@@ -77,14 +82,15 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
         }
         stalled = if value - next_value < least * (1.0 + value.abs()) { stalled + 1 } else { 0 };
         (x, value, slope) = (next, next_value, next_slope);
-        if stalled == 3 {
+        if stalled == MAX_STALLED_ITERATIONS {
             return Some(Descent { x, value, iterations: iteration + 1 });
         }
     }
     Some(Descent { x, value, iterations })
 }
 
-/// Halves a step until its decrease is enough of what the slope `rate` promises, and gives x, value and gradient there.
+/// Halves a step until it achieves the required share of the decrease predicted by the slope `rate`; gives x, value and gradient
+/// there.
 fn line_search(
     objective: &dyn Objective,
     x: &[f64],
@@ -106,7 +112,7 @@ fn line_search(
     None
 }
 
-/// The direction of descent by the two loops.
+/// The direction of descent, by the two-loop recursion.
 fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>, Vec<f64>, f64)]) -> Vec<f64> {
     let mut d: Vec<f64> = slope.iter().map(|g| -g).collect();
     let mut shares = Vec::with_capacity(pairs.len());
@@ -127,7 +133,7 @@ fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>
 mod tests {
     use super::*;
 
-    /// Rosenbrock's valley inside x_0 < 0.8: the least value within is at the wall, held off by a logarithm.
+    /// Rosenbrock's function inside x_0 < 0.8 with a logarithmic barrier, which keeps the minimum away from the bound.
     struct Valley;
 
     impl Objective for Valley {
@@ -157,7 +163,7 @@ mod tests {
     fn the_valley_is_followed_to_the_wall() {
         let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
         assert!(found.iterations < 200);
-        // At the wall: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
+        // At the barrier: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
         let (a, b) = (found.x[0], found.x[1]);
         assert!((a - 0.79975).abs() < 1e-4 && (b - a * a).abs() < 1e-3, "{a} {b}");
         assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());

@@ -1,20 +1,20 @@
-//! Torques and powers along a motion, enclosed: what a proof of their limits divides until it holds.
+//! Enclosures of torques and powers along a motion; a proof of their limits divides intervals until it holds.
 
 use numerics::interval::Interval;
 use numerics::jet::Jet;
 
-use crate::excitation::course::EnclosedCourse;
-use crate::excitation::described_torque::DescribedTorque;
 use crate::excitation::enclosure::Derivatives;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::nominal_torque::DescribedTorque;
+use crate::excitation::trajectory::EnclosedTrajectory;
 
-/// Dry friction of a coordinate, N m (N).
+/// Magnitude of the dry friction of a coordinate, N m (N).
 pub(super) fn dry(described: &DescribedTorque, k: usize) -> f64 {
     described.friction[k].coulomb.abs()
 }
 
-/// The limits of torque and power: coordinate, kind, and what of it may be used. The dry friction of a joint at rest may
-/// act to either side, so it is kept free.
+/// The limits of torque and power: coordinate, kind, and the usable value, N m (N) or W. The dry friction of a joint at rest may
+/// act in either direction, so it is subtracted from the effort.
 pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedTorque) -> Vec<(usize, LimitKind, f64)> {
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
     let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
@@ -24,16 +24,16 @@ pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedT
 /// The jets of torque and velocity of each coordinate.
 type DriveJets = Vec<(Jet, Jet)>;
 
-/// Torque of each coordinate, with viscous friction and offset, N m (N); and power, with dry friction too, W.
-pub(super) type Drives = Vec<(Interval, Interval)>;
+/// For each coordinate the torque with viscous friction and offset, N m (N), and the power with dry friction too, W.
+pub(super) type DriveEnclosure = Vec<(Interval, Interval)>;
 
-/// Torques and powers on a part of a stretch, and at its middle.
+/// Torques and powers on an interval of a segment, and at its middle.
 pub(super) fn drives_on(
-    enclosed: &dyn EnclosedCourse,
+    enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
     part: Interval,
     described: &DescribedTorque,
-) -> (Drives, Drives) {
+) -> (DriveEnclosure, DriveEnclosure) {
     let middle = Interval::point(part.middle());
     let thin = jets(&enclosed.on(stretch, middle), described);
     let at_middle = drives(described, &thin, |jet| jet(&thin).0[0]);
@@ -45,8 +45,13 @@ pub(super) fn drives_on(
     (drives(described, &wide, over), at_middle)
 }
 
-/// Torques and powers at an instant of a stretch.
-pub(super) fn drives_at(enclosed: &dyn EnclosedCourse, stretch: usize, t: f64, described: &DescribedTorque) -> Drives {
+/// Torques and powers at an instant of a segment.
+pub(super) fn drives_at(
+    enclosed: &dyn EnclosedTrajectory,
+    stretch: usize,
+    t: f64,
+    described: &DescribedTorque,
+) -> DriveEnclosure {
     drives_on(enclosed, stretch, Interval::point(t), described).1
 }
 
@@ -56,16 +61,16 @@ fn jets(states: &[Derivatives], described: &DescribedTorque) -> DriveJets {
     described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
 }
 
-/// Torques and powers where the jets of velocity are `states`; `of` encloses what is made of jets of torque and velocity.
+/// Torques and powers from the jets `states` of torque and velocity; `of` encloses a function of these jets.
 fn drives(
     described: &DescribedTorque,
     states: &DriveJets,
     of: impl Fn(&dyn Fn(&DriveJets) -> Jet) -> Interval,
-) -> Drives {
+) -> DriveEnclosure {
     let one = |k: usize| {
         let (f, velocity) = (described.friction[k], states[k].1.0[0]);
         let torque = of(&|all| all[k].0) + velocity * f.viscous + Interval::point(f.offset);
-        // Where the joint does not turn round, the sign of its dry friction is known.
+        // Where the velocity does not change its sign, the sign of the dry friction is known.
         let (sign, turning) = match velocity {
             v if v.low >= 0.0 => (1.0, Interval::ZERO),
             v if v.high <= 0.0 => (-1.0, Interval::ZERO),

@@ -2,23 +2,23 @@
 //!
 //! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
 //!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
-//! - A blend, and each span of a spline: between the least and greatest of the control points of its part (Bernstein), by
-//!   polar forms.
+//! - A blend, and each span of a spline: between the least and greatest of the control points of its interval (Bernstein),
+//!   from polar forms.
 //!
-//! All in interval arithmetic, so that rounding is part of the proof.
+//! Everything is in interval arithmetic, so that rounding errors are covered by the proof.
 
 use numerics::interval::Interval;
 
 use crate::excitation::fourier_series::FourierSeries;
-use crate::excitation::motion::{Motion, Shape};
+use crate::excitation::motion::{Motion, MotionShape};
 use crate::excitation::spline_enclosure::EnclosedSpline;
 
-/// A piece of a motion, with its own clock from 0.
+/// A segment of a motion, with its own clock that starts at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Piece {
+pub enum MotionSegment {
     /// From rest to the series.
     Start,
-    /// One period; all are alike.
+    /// One period; all periods are equal.
     Period,
     /// From the series to rest.
     End,
@@ -27,7 +27,7 @@ pub enum Piece {
 /// Position and its first four derivatives.
 pub type Derivatives = [Interval; 5];
 
-/// A motion with what its enclosures need.
+/// A motion with the data for its enclosures.
 pub enum EnclosedMotion<'a> {
     /// A series and its blends.
     Fourier(EnclosedSeries<'a>),
@@ -35,7 +35,7 @@ pub enum EnclosedMotion<'a> {
     Spline(EnclosedSpline),
 }
 
-/// A series with what its enclosures need.
+/// A series with the data for its enclosures.
 pub struct EnclosedSeries<'a> {
     shape: FourierSeries,
     /// By coordinate: (c, a_1, b_1, ..).
@@ -48,53 +48,53 @@ pub struct EnclosedSeries<'a> {
     blends: Vec<[[Interval; 5]; 2]>,
 }
 
-impl Piece {
-    /// Those of a motion, in the order of time.
-    pub fn of(shape: &Shape) -> &'static [Piece] {
+impl MotionSegment {
+    /// The segments of a motion, in the order of time.
+    pub fn of(shape: &MotionShape) -> &'static [MotionSegment] {
         match shape {
-            Shape::Fourier(_) => &[Piece::Start, Piece::Period, Piece::End],
-            Shape::Spline(_) => &[Piece::Period],
+            MotionShape::Fourier(_) => &[MotionSegment::Start, MotionSegment::Period, MotionSegment::End],
+            MotionShape::Spline(_) => &[MotionSegment::Period],
         }
     }
 
-    /// Its span on its own clock, s.
-    pub fn span(self, shape: &Shape) -> Interval {
+    /// Its time interval on its own clock, s.
+    pub fn span(self, shape: &MotionShape) -> Interval {
         match self {
-            Piece::Period => Interval::new(0.0, shape.period()),
-            Piece::Start | Piece::End => Interval::new(0.0, shape.blend()),
+            MotionSegment::Period => Interval::new(0.0, shape.period()),
+            MotionSegment::Start | MotionSegment::End => Interval::new(0.0, shape.blend()),
         }
     }
 
     /// Time of the motion at which its clock starts, s.
     pub fn start(self, motion: &Motion) -> f64 {
         match self {
-            Piece::Start => 0.0,
-            Piece::Period => motion.shape.blend(),
-            Piece::End => motion.shape.blend() + motion.repetitions as f64 * motion.shape.period(),
+            MotionSegment::Start => 0.0,
+            MotionSegment::Period => motion.shape.blend(),
+            MotionSegment::End => motion.shape.blend() + motion.repetitions as f64 * motion.shape.period(),
         }
     }
 
-    /// How its enclosures are found, in words.
-    pub fn method(self, shape: &Shape) -> &'static str {
+    /// The method of its enclosures, in words.
+    pub fn method(self, shape: &MotionShape) -> &'static str {
         match (self, shape) {
-            (Piece::Period, Shape::Fourier(_)) => "Taylor enclosures of the series",
-            (Piece::Period, Shape::Spline(_)) => "Bernstein control points of the spline",
-            (Piece::Start | Piece::End, _) => "Bernstein control points of the blend",
+            (MotionSegment::Period, MotionShape::Fourier(_)) => "Taylor enclosures of the series",
+            (MotionSegment::Period, MotionShape::Spline(_)) => "Bernstein control points of the spline",
+            (MotionSegment::Start | MotionSegment::End, _) => "Bernstein control points of the blend",
         }
     }
 }
 
 impl EnclosedMotion<'_> {
-    /// Encloses the pieces of a motion.
+    /// Prepares the enclosures of a motion.
     pub fn new(motion: &Motion) -> EnclosedMotion<'_> {
         match motion.shape {
-            Shape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
-            Shape::Spline(shape) => EnclosedMotion::Spline(EnclosedSpline::new(shape, &motion.joints)),
+            MotionShape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
+            MotionShape::Spline(shape) => EnclosedMotion::Spline(EnclosedSpline::new(shape, &motion.joints)),
         }
     }
 
-    /// Encloses position and derivatives of each coordinate on a part of a piece.
-    pub fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+    /// Encloses position and derivatives of each coordinate on an interval of a segment.
+    pub fn on(&self, piece: MotionSegment, part: Interval) -> Vec<Derivatives> {
         match self {
             EnclosedMotion::Fourier(series) => series.on(piece, part),
             EnclosedMotion::Spline(spline) => spline.on(part),
@@ -121,6 +121,7 @@ impl EnclosedSeries<'_> {
         });
         let curvature = curvature.collect();
         let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
+        // Control points of a blend: s, s, s, q - D v/4, q with s = q - D v/2 + D^2 a/12 at the start, mirrored at the end.
         let d = Interval::point(shape.blend);
         let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
             let bend = (d.square() * a).over(Interval::point(12.0));
@@ -131,11 +132,11 @@ impl EnclosedSeries<'_> {
         enclosed
     }
 
-    fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+    fn on(&self, piece: MotionSegment, part: Interval) -> Vec<Derivatives> {
         match piece {
-            Piece::Start => self.blend(0, part),
-            Piece::End => self.blend(1, part),
-            Piece::Period => {
+            MotionSegment::Start => self.blend(0, part),
+            MotionSegment::End => self.blend(1, part),
+            MotionSegment::Period => {
                 let middle = Interval::point(part.middle());
                 let h = part - middle;
                 let bend = h.square() * 0.5;
@@ -156,8 +157,8 @@ impl EnclosedSeries<'_> {
             found[0] = Interval::point(joint[0]);
             for (l, (s, c)) in waves.iter().enumerate() {
                 let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
-                // `along` is w times the position of a harmonic, and `across` its velocity. Powers of w give the
-                // others.
+                // `along` is w times the position of a harmonic, and `across` its velocity. The other derivatives are these times
+                // powers of w.
                 let (along, across) = (*s * a - *c * b, *c * a + *s * b);
                 found[0] = found[0] + along.over(w);
                 let mut scale = Interval::point(1.0);
@@ -196,7 +197,7 @@ impl EnclosedSeries<'_> {
     }
 }
 
-/// The hull of the control points of the part from u to v: the polar form at n - j times u and j times v.
+/// The hull of the control points of the interval from u to v: the polar form with n - j arguments u and j arguments v.
 fn restricted(points: &[Interval], u: Interval, v: Interval) -> Interval {
     let between = |x: Interval, y: Interval, u: Interval| x + (y - x) * u;
     let polar = |j: usize| {
@@ -219,7 +220,7 @@ mod tests {
     fn the_motion_lies_within() {
         for motion in motions() {
             let enclosed = EnclosedMotion::new(&motion);
-            for &piece in Piece::of(&motion.shape) {
+            for &piece in MotionSegment::of(&motion.shape) {
                 let span = piece.span(&motion.shape);
                 for k in 0..40 {
                     let at = |k: usize| span.low + span.width() * k as f64 / 40.0;
@@ -230,10 +231,10 @@ mod tests {
         }
     }
 
-    fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: Piece, part: Interval) {
+    fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: MotionSegment, part: Interval) {
         let (held, span) = (enclosed.on(piece, part), piece.span(&motion.shape));
         for i in 0..=20 {
-            // Within the piece: at its ends the jerk jumps.
+            // Inside the segment: at its ends the jerk jumps.
             let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
             let thin = enclosed.on(piece, Interval::point(t));
             for (j, x) in motion.at(piece.start(motion) + t).iter().enumerate() {
@@ -242,7 +243,7 @@ mod tests {
                     assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
                     assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
                 }
-                // The fourth derivative is the slope of the third.
+                // The fourth derivative is the derivative of the third.
                 let h = 1e-6;
                 let [before, after] = [-h, h].map(|h| motion.at(piece.start(motion) + t + h)[j][3]);
                 let slope = (after - before) / (2.0 * h);

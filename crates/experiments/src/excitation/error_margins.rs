@@ -1,27 +1,27 @@
-//! How far a robot may be from its description and from its plan, as its user gives it, and what a proof does with it.
+//! Error margins of the robot with respect to its description and its plan, given by the user, and their use in a proof.
 //!
-//! | margin | is how far | the proof |
+//! | margin | greatest error | the proof |
 //! |---|---|---|
-//! | `encoder_zero`, `tracking` | a joint is from where the motion has it, rad (m); both add up to e | narrows positions by e at both ends; lowers a distance by the sum of e R over its joints |
-//! | `calibration` | a point of a body is from where the joints and the description put it, in the frame of the base, m | lowers the distance to a plane by that, of two links by twice that |
-//! | `mesh` | a body stands out of its collision shape, m | the same |
-//! | `payload` | a body that may be on a link, or a part of its mass, or none | efforts and powers with it and without it: they are linear in its mass |
+//! | `encoder_zero`, `tracking` | of a joint's position with respect to the motion, rad (m); both add up to e | narrows positions by e at both ends; lowers a distance by the sum of e R over its joints |
+//! | `calibration` | of a body point's position with respect to joints and description, frame of the base, m | lowers the distance to a plane by the margin, of two links by twice the margin |
+//! | `mesh` | of a body's surface outside its collision shape, m | lowers distances like `calibration` |
+//! | `payload` | a body that may be on a link, with its mass or less, or none | efforts and powers with it and without it: they are linear in its mass |
 //!
-//! R bounds how fast the joint moves the bodies, m/rad. What is not given is assumed to be zero, and that is said. Not here:
-//! velocities and torques that tracking adds.
+//! R bounds the velocity of the bodies per velocity of the joint, m/rad. A margin that is not given is zero, and the report says
+//! so. Not here: velocities and torques that tracking adds.
 
 use std::collections::BTreeMap;
 
 use linear_model::known_load::KnownLoad;
 use serde::{Deserialize, Serialize};
 
-/// Of all joints, or of joints by name, rad (m).
+/// A margin of all joints, or of joints by name, rad (m).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointMargin {
-    /// Of each.
+    /// The same margin for each joint.
     Each(f64),
-    /// Of these; of others zero.
+    /// The margins of these joints; zero for the others.
     Named(BTreeMap<String, f64>),
 }
 
@@ -41,34 +41,34 @@ impl JointMargin {
     }
 }
 
-/// What a user knows of these errors; `None`: nothing.
+/// The error margins; `None`: not given.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorMargins {
-    /// How far the zero of an encoder may be off.
+    /// Greatest error of an encoder's zero, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_zero: Option<JointMargin>,
-    /// How far a joint may be from its set point.
+    /// Greatest distance of a joint from its set point, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tracking: Option<JointMargin>,
-    /// How far a point of a body may be from where it is put, m.
+    /// Greatest distance of a body point from its computed position, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<f64>,
-    /// How far a body may stand out of its collision shape, m.
+    /// Greatest distance of a body's surface outside its collision shape, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<f64>,
-    /// A body that may be there.
+    /// A payload that may be present.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<KnownLoad>,
 }
 
-/// A joint with less room is held still, rad (m): it has none to lose.
-const HELD_STILL: f64 = 1e-6;
-/// More than any robot is off, rad or m.
+/// A joint with a smaller range counts as locked, rad (m): its range is not narrowed.
+const LOCKED_RANGE: f64 = 1e-6;
+/// Greatest accepted margin, rad or m: beyond every robot.
 const LARGEST_MARGIN: f64 = 10.0;
 
 impl ErrorMargins {
-    /// What no robot has, if so.
+    /// A description of the first margin that is out of range or names an unknown coordinate; `None` where all are valid.
     pub fn fault(&self, names: &[String]) -> Option<String> {
         let joints = [("encoder_zero", &self.encoder_zero), ("tracking", &self.tracking)];
         let of_joints = joints.iter().flat_map(|(key, x)| x.iter().flat_map(|x| x.numbers()).map(|x| (*key, x)));
@@ -88,27 +88,27 @@ impl ErrorMargins {
         Some(format!("margins: payload: {fault}"))
     }
 
-    /// How far each joint may be from where the motion has it, rad (m).
+    /// Greatest distance of each joint from the motion, rad (m).
     pub fn of_joints(&self, names: &[String]) -> Vec<f64> {
         names.iter().map(|name| self.of_joint(name)).collect()
     }
 
-    /// The same of one joint.
+    /// Greatest distance of one joint from the motion, rad (m).
     pub fn of_joint(&self, name: &str) -> f64 {
         [&self.encoder_zero, &self.tracking].into_iter().flatten().map(|margin| margin.of(name)).sum()
     }
 
-    /// The tracking error of a joint that is given, rad (m).
+    /// The tracking error of a joint, where it is given, rad (m).
     pub fn tracking_of(&self, name: &str) -> Option<f64> {
         self.tracking.as_ref().map(|margin| margin.of(name))
     }
 
-    /// How far a point of a body may be from where it is taken to be, m.
+    /// Greatest distance of a body point from its assumed position, m.
     pub fn of_bodies(&self) -> f64 {
         self.calibration.unwrap_or(0.0) + self.mesh.unwrap_or(0.0)
     }
 
-    /// What a user asks of a motion that was made with `self`: what its own file has more counts too.
+    /// The margins for a check of a motion that was made with `self`: the greater of its own and of the user's margins.
     pub fn held_to(&self, user: &ErrorMargins, names: &[String]) -> ErrorMargins {
         let joints = |own: &Option<JointMargin>, asked: &Option<JointMargin>| match (own, asked) {
             (Some(own), Some(asked)) => {
@@ -127,7 +127,7 @@ impl ErrorMargins {
         }
     }
 
-    /// Each margin by its name, with what is given of it in words.
+    /// Each margin by its name, with its values in words.
     pub fn words(&self) -> [(&'static str, Option<String>); 5] {
         let joints = |margin: &Option<JointMargin>| match margin {
             Some(JointMargin::Each(x)) => Some(format!("{x} rad (m)")),
@@ -149,19 +149,18 @@ impl ErrorMargins {
     }
 }
 
-/// Positions less `by` at both ends; a joint that is held still keeps them.
+/// Position limits narrowed by `by` at both ends, rad (m); the limits of a locked joint are unchanged.
 ///
-/// Fails where nothing is left.
+/// Fails where no range remains.
 pub fn narrowed((low, high): (f64, f64), by: f64) -> Result<(f64, f64), String> {
-    if by == 0.0 || high - low <= HELD_STILL {
+    if by == 0.0 || high - low <= LOCKED_RANGE {
         return Ok((low, high));
     }
     let found = (low + by, high - by);
     match found.0 < found.1 {
         true => Ok(found),
         false => Err(format!(
-            "the margins of encoder zero and tracking, {by} rad (m) at either end, leave no room of the positions from {low} \
-             to {high}"
+            "the margins of encoder zero and tracking, {by} rad (m) at either end, take all of the positions from {low} to {high}"
         )),
     }
 }

@@ -1,13 +1,13 @@
-//! Instants between those of a search: its own are every so many of them.
+//! Instants at a higher density than the instants of a search; every `factor`-th of them is an instant of the search.
 //!
-//! Their numbers run through the period, then through each blend with both its ends. So neighbours are found: a period comes
-//! again, and a blend ends.
+//! They are numbered through the period, then through each blend including both its ends. The numbers give the neighbours: the
+//! period is cyclic, and a blend ends.
 
-use crate::excitation::motion::Shape;
+use crate::excitation::motion::MotionShape;
 use crate::excitation::problem::{Prepared, TORQUE_INSTANTS_PER_BLEND};
 
 impl Prepared<'_> {
-    /// The numbers of its own instants among those that are `factor` times as dense.
+    /// The numbers of the instants of the search among the instants that are `factor` times as dense.
     pub(super) fn own_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let blends = if self.problem.shape.blend() > 0.0 { 2 } else { 0 };
@@ -16,25 +16,25 @@ impl Prepared<'_> {
         (0..of_period).step_by(factor).chain(of_blends)
     }
 
-    /// Whether a finer instant is halfway between two of its own.
+    /// Whether a finer instant is halfway between two instants of the search.
     pub(super) fn is_halfway(&self, at: usize, factor: usize) -> bool {
         let (of_period, of_blend) = self.finer_counts(factor);
         let local = if at < of_period { at } else { (at - of_period) % of_blend };
         local % factor == factor / 2
     }
 
-    /// All such instants.
+    /// All halfway instants.
     pub(super) fn halfway_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let half = factor as isize / 2;
         self.own_instants(factor).filter_map(move |at| self.neighbour(at, half, factor))
     }
 
-    /// Finer instants of the period, and of each blend with both its ends.
+    /// Number of finer instants of the period, and of each blend including both its ends.
     fn finer_counts(&self, factor: usize) -> (usize, usize) {
         (factor * self.problem.samples, factor * (TORQUE_INSTANTS_PER_BLEND - 1) + 1)
     }
 
-    /// The number of the finer instant that many after this one; a period comes again, and a blend ends.
+    /// The finer instant `by` numbers after this one, cyclic in the period; `None` beyond the end of a blend.
     pub(super) fn neighbour(&self, at: usize, by: isize, factor: usize) -> Option<usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let moved = |local: usize| local as isize + by;
@@ -45,12 +45,12 @@ impl Prepared<'_> {
         usize::try_from(moved(local)).ok().filter(|i| *i < of_blend).map(|i| of_period + blend * of_blend + i)
     }
 
-    /// q, dq, ddq per unit of the coefficients at a finer instant: those of the period, of the first blend, of the last.
+    /// q, dq, ddq per unit of the coefficients at a finer instant: of the period, of the first blend, or of the last.
     pub(super) fn finer_instant(&self, at: usize, factor: usize) -> [Vec<f64>; 3] {
         let (of_period, of_blend) = self.finer_counts(factor);
         let shape = &self.problem.shape;
         [0, 1, 2].map(|k| match shape {
-            Shape::Fourier(series) if at >= of_period => {
+            MotionShape::Fourier(series) if at >= of_period => {
                 let (blend, local) = ((at - of_period) / of_blend, (at - of_period) % of_blend);
                 series.blend_row(k, blend == 0, local as f64 / (of_blend - 1) as f64)
             }
@@ -62,13 +62,13 @@ impl Prepared<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::criterion::Aim;
+    use crate::excitation::criterion::SearchObjective;
     use crate::excitation::fourier_series::FourierSeries;
     use crate::excitation::problem::Problem;
     use crate::excitation::search::tests::pendulum_limits;
     use crate::pendulum::Pendulum;
 
-    /// Its own instants are among the finer ones, each with two neighbours but for the ends of blends.
+    /// The instants of the search are among the finer ones; each has two neighbours, except at the ends of blends.
     #[test]
     fn own_instants_are_among_the_finer_ones() {
         let (arm, limits) = (Pendulum::new(), [pendulum_limits()]);
@@ -77,10 +77,10 @@ mod tests {
             friction: &[],
             limits: &limits,
             noise: &[0.1],
-            aim: Aim::Determinant,
+            aim: SearchObjective::Determinant,
             torque: None,
             columns: &[true; 3],
-            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            shape: MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
             samples: 20,
             surroundings: None,
             prior: &[],

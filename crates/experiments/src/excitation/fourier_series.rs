@@ -1,23 +1,23 @@
-//! A finite Fourier series of one coordinate, with the blends that lead to it from rest and back.
+//! A finite Fourier series of one coordinate, with blends from rest to the series and back to rest.
 //!
 //! ```text
 //! q(t) = c + sum_l a_l / (w l) sin(w l t) - b_l / (w l) cos(w l t),   l = 1 .. H,   w = 2 pi / T
 //! ```
-//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of the
-//! velocity. A blend of D seconds leads from rest to the series, and another one from the series to rest. Each is a
-//! polynomial of fifth degree. At one end it has the position, velocity and acceleration of the series, and at the
-//! other no velocity and acceleration. The first one starts at the position s = q(0) - D v/2 + D^2 a/12, for which its
-//! term of fifth degree vanishes. Its control points (Bernstein) are s, s, s, q(0) - D v/4, q(0). So the acceleration
-//! is continuous and the jerk bounded. Every quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
+//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of the velocity. A blend
+//! of D seconds leads from rest to the series, and another one from the series to rest. Each is a polynomial of at most fifth
+//! degree. At one end it has the position, velocity and acceleration of the series; at the other end velocity and acceleration
+//! are zero. The first one starts at the position s = q(0) - D v/2 + D^2 a/12, for which its term of fifth degree vanishes. Its
+//! control points (Bernstein) are s, s, s, q(0) - D v/4, q(0). So the acceleration is continuous and the jerk bounded. Every
+//! quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
 
-/// The series that a motion may be.
+/// The Fourier series of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierSeries {
-    /// T, s.
+    /// Period T, s.
     pub period: f64,
-    /// D, s.
+    /// Duration D of a blend, s.
     pub blend: f64,
-    /// H.
+    /// Number of harmonics H.
     pub harmonics: usize,
 }
 
@@ -68,7 +68,7 @@ impl FourierSeries {
     }
 }
 
-/// The point of control points at u in [0, 1].
+/// The value at u in [0, 1] of the polynomial with these control points, by de Casteljau.
 fn casteljau(mut points: Vec<Vec<f64>>, u: f64) -> Vec<f64> {
     while points.len() > 1 {
         let between =

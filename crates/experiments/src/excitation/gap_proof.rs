@@ -1,9 +1,9 @@
-//! The proof that the bodies of a robot keep their distances along a motion, between the samples too.
+//! The proof that the bodies of a robot keep their distances along a motion, also between the samples.
 //!
-//! On a part of the motion every coordinate stays within s of q(t), t the middle of the part, by the enclosures of
-//! [`crate::excitation::enclosure`]. The distance there is at least the one at q(t) less how far the
-//! joints move the bodies. This is a Lipschitz bound by the reach of the joints, which the surroundings know. A part is
-//! halved until the bound is above the limit. The proof follows from the motion, the limits and the description alone.
+//! On an interval of the motion every coordinate stays within s of q(t), t the middle of the interval, by the enclosures of
+//! [`crate::excitation::enclosure`]. The distance there is at least the distance at q(t) minus the motion of the bodies by the
+//! joints. This is a Lipschitz bound with the range of the joints, which the surroundings provide. An interval is halved until
+//! the bound is above the limit. The proof follows from the motion, the limits and the description alone.
 //!
 //! Not here: the bodies and their distances.
 
@@ -14,75 +14,75 @@ use claims::significant;
 use numerics::interruption::Interruption;
 use numerics::interval::Interval;
 
-use crate::excitation::course::Course;
 use crate::excitation::limits::LimitKind;
-use crate::excitation::proof::{CertificateRow, Kept};
+use crate::excitation::proof::{CertificateRow, LimitProof};
+use crate::excitation::trajectory::Trajectory;
 
-/// A distance that must not become too small.
+/// A distance with a lower bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// Distance of two links, or region of one.
+    /// Distance of two links, or region of one link.
     pub limit: LimitKind,
-    /// Between whom: `forearm and base`, or `forearm at the floor`.
+    /// The two sides: `forearm and base`, or `forearm at the floor`.
     pub subject: String,
-    /// m.
+    /// Lower bound of the distance, m.
     pub bound: f64,
-    /// What of it is there for errors of joints and bodies, m.
+    /// Share of the bound for errors of joints and bodies, m.
     pub margin: f64,
-    /// Room above the bound that a search keeps for what bodies do between its instants, m.
+    /// Distance above the bound that a search keeps, for the motion of bodies between its instants, m.
     pub reserve: f64,
-    /// The moving links that both sides belong to, by name.
+    /// The moving links of both sides, by name.
     pub carriers: [String; 2],
 }
 
 impl Gap {
-    /// `distance of forearm and base (0.01 m)`.
+    /// The gap in words: `distance of forearm and base (0.01 m)`.
     pub fn in_words(&self) -> String {
         format!("{} of {} ({} m)", self.limit, self.subject, significant(self.bound, 3))
     }
 }
 
-/// A gap at a configuration and near it.
+/// The size of a gap at a configuration and near it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Room {
-    /// At the configuration, m; negative where bodies overlap.
+pub struct GapSize {
+    /// Distance at the configuration, m; negative where bodies overlap.
     pub reached: f64,
-    /// Lower bound near the configuration, m.
+    /// Lower bound of the distance near the configuration, m.
     pub at_least: f64,
 }
 
-/// What [`Surroundings::near`] keeps from one look to the next: what it is they alone know.
-pub type Known = Option<Box<dyn Any + Send>>;
+/// Data that [`Surroundings::near`] keeps from one call to the next; only the surroundings know their type.
+pub type GapCache = Option<Box<dyn Any + Send>>;
 
-/// The gaps that the bodies of a robot must keep.
+/// The gaps between the bodies of a robot and its environment.
 pub trait Surroundings: Sync {
     /// The gaps, in a fixed order.
     fn gaps(&self) -> &[Gap];
 
-    /// The gaps `which` at `q`, and the least they are while each coordinate stays within `spread` of it.
-    fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room>;
+    /// The gaps `which` at `q`, and lower bounds while each coordinate stays within `spread` of `q`, rad (m).
+    fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize>;
 
-    /// Visits every two solids whose room above their bound is less than `within`.
+    /// Visits every two solids with a distance above their bound of less than `within`, m.
     ///
-    /// `each` takes their gap, the room, m, and its slope along each coordinate, m/rad (m/m). `known`: what the last look
-    /// at the same instant of a motion left, which saves most of the next; none at first.
-    fn near(&self, q: &[f64], within: f64, known: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64]));
+    /// `each` receives their gap, the distance above the bound, m, and its derivative by each coordinate, m/rad (m/m). `known`:
+    /// data of the previous call at the same instant of a motion, which saves most of the work; `None` at first.
+    fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// A part that is shorter is not halved, s: no body moves by a micrometre in it.
+/// A shorter interval is not halved, s: no body moves by a micrometre in it.
 const SHORTEST_PART_S: f64 = 1e-7;
-/// Largest number of distances looked at beyond those of the first parts. What is not proven by then stays open.
+/// Greatest number of evaluated distances beyond the first intervals. What is not proved by then stays unproven.
 const MAX_DISTANCES: usize = 1_000_000;
 
-/// A gap along the motion.
+/// The least distance of a gap along the motion: found, at which time, and proved.
 struct Least {
     reached: f64,
     time: f64,
     proved: f64,
 }
 
-/// Looks where the course begins and ends: what is broken there needs no proof elsewhere.
-fn reach_ends(course: &dyn Course, surroundings: &dyn Surroundings, all: &[usize], found: &mut [Least]) {
+/// Evaluates the ends of the trajectory: a gap that is violated there needs no proof elsewhere.
+fn reach_ends(course: &dyn Trajectory, surroundings: &dyn Surroundings, all: &[usize], found: &mut [Least]) {
     let stretches = course.stretches();
     let first = stretches.first().map(|s| (0, 0.0, s.start));
     let last = stretches.last().map(|s| (stretches.len() - 1, s.length, s.start + s.length));
@@ -96,8 +96,8 @@ fn reach_ends(course: &dyn Course, surroundings: &dyn Surroundings, all: &[usize
     }
 }
 
-/// The rows of the gaps, in their order.
-pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+/// The certificate rows of the gaps, in their order.
+pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let (enclosed, stretches, interruption) = (course.enclosed(), course.stretches(), Interruption::here());
     let most = MAX_DISTANCES + gaps.len() * stretches.iter().map(|stretch| stretch.parts).sum::<usize>();
@@ -110,7 +110,7 @@ pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<C
         let at = |k: usize| {
             if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }
         };
-        // Wide parts first: where a limit is broken, one of them shows it before a part beside it is halved for long.
+        // Wide intervals first: a violation is found before a neighbouring interval is halved many times.
         let mut left: VecDeque<(Interval, Vec<usize>)> =
             (0..stretch.parts).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop_front() {
@@ -135,7 +135,7 @@ pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<C
                 if room.reached < least.reached {
                     (least.reached, least.time) = (room.reached, time);
                 }
-                // A limit that is broken somewhere needs no proof elsewhere.
+                // A gap that is violated somewhere needs no proof elsewhere.
                 let settled = room.at_least >= bound || least.reached < bound;
                 if settled || is_point || looked_at >= most {
                     least.proved = least.proved.min(room.at_least);
@@ -162,11 +162,11 @@ fn row(gap: &Gap, least: Least) -> CertificateRow {
         margin: gap.margin,
         nowhere_beyond: least.proved,
         kept: match (least.proved >= gap.bound, least.reached < gap.bound) {
-            (_, true) => Kept::Violated,
-            (true, false) => Kept::Proven,
-            (false, false) => Kept::Open,
+            (_, true) => LimitProof::Violated,
+            (true, false) => LimitProof::Proven,
+            (false, false) => LimitProof::Open,
         },
-        how: "distance at instants less what joints times reach take the bodies in between".into(),
+        how: "distance at instants less the bound of the motion in between (joint motion times radius)".into(),
     }
 }
 
@@ -175,7 +175,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::excitation::motion::tests::motions;
 
-    /// A body at the end of a rod of length 1 that the first coordinate turns, before a wall at y = `height`.
+    /// A body at the end of a rod of length 1 m that the first coordinate turns, with a wall at y = `height`.
     pub(crate) struct Rod {
         pub(crate) height: f64,
         pub(crate) gaps: [Gap; 1],
@@ -200,12 +200,12 @@ pub(crate) mod tests {
             &self.gaps
         }
 
-        fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room> {
+        fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize> {
             let reached = self.height - q[0].sin();
-            which.iter().map(|_| Room { reached, at_least: reached - spread[0] }).collect()
+            which.iter().map(|_| GapSize { reached, at_least: reached - spread[0] }).collect()
         }
 
-        fn near(&self, q: &[f64], within: f64, _: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64])) {
+        fn near(&self, q: &[f64], within: f64, _: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
             let room = self.height - q[0].sin();
             if room < within {
                 let mut slope = vec![0.0; q.len()];
@@ -221,9 +221,9 @@ pub(crate) mod tests {
             let height = |i: u32| motion.at(motion.duration() * f64::from(i) / 100_000.0)[0][0].sin();
             let greatest = (0..=100_000).map(height).fold(f64::NEG_INFINITY, f64::max);
             let [kept] = &prove_gaps(&motion, &Rod::new(greatest + 1e-4))[..] else { panic!() };
-            assert!(kept.kept == Kept::Proven && kept.nowhere_beyond >= 0.0 && kept.value >= 9e-5, "{kept:?}");
+            assert!(kept.kept == LimitProof::Proven && kept.nowhere_beyond >= 0.0 && kept.value >= 9e-5, "{kept:?}");
             let [broken] = &prove_gaps(&motion, &Rod::new(greatest - 1e-4))[..] else { panic!() };
-            assert!(broken.kept == Kept::Violated && broken.value < 0.0, "{broken:?}");
+            assert!(broken.kept == LimitProof::Violated && broken.value < 0.0, "{broken:?}");
             let there = greatest - 1e-4 - motion.at(broken.time_s)[0][0].sin();
             assert!((there - broken.value).abs() < 1e-12, "{broken:?} {there}");
             assert!(broken.to_string().starts_with("region of rod at the wall: -0.0"), "{broken}");

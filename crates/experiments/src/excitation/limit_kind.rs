@@ -9,35 +9,35 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitKind {
-    /// rad (m).
+    /// Position, rad (m).
     Position,
-    /// rad/s (m/s).
+    /// Velocity, rad/s (m/s).
     Velocity,
-    /// rad/s^2 (m/s^2).
+    /// Acceleration, rad/s^2 (m/s^2).
     Acceleration,
-    /// rad/s^3 (m/s^3).
+    /// Jerk, rad/s^3 (m/s^3).
     Jerk,
-    /// N m (N).
+    /// Torque, N m, or force, N.
     Effort,
-    /// Of a drive: torque times velocity, W.
+    /// Power of a drive: torque times velocity, W.
     Power,
-    /// Between two links, m.
+    /// Distance of two links, m.
     Distance,
-    /// From a floor, a wall or the side of a box, m.
+    /// Distance of a link from a floor, a wall or the side of a box, m.
     Region,
 }
 
 impl LimitKind {
-    /// Those of the motion alone, in the order of its derivatives.
+    /// The kinematic limits, in the order of the derivatives.
     pub const KINEMATIC: [LimitKind; 4] = [Position, Velocity, Acceleration, Jerk];
 
-    /// Those that a coordinate has.
+    /// The limits of a coordinate.
     pub const OF_A_COORDINATE: [LimitKind; 6] = [Position, Velocity, Acceleration, Jerk, Effort, Power];
 
-    /// All, in the order of a certificate.
+    /// All kinds, in the order of a certificate.
     pub const ALL: [LimitKind; 8] = [Position, Velocity, Acceleration, Jerk, Distance, Region, Effort, Power];
 
-    /// What it is called.
+    /// The name of the kind.
     pub fn word(self) -> &'static str {
         match self {
             Position => "position",
@@ -51,7 +51,7 @@ impl LimitKind {
         }
     }
 
-    /// The unit; both where nobody says whether the joint slides: `rad (m)`.
+    /// The unit; both units where it is not known whether the joint slides: `rad (m)`.
     pub fn unit_of(self, is_prismatic: Option<bool>) -> String {
         let (turns, slides) = (self.unit(false), self.unit(true));
         match is_prismatic {
@@ -61,7 +61,7 @@ impl LimitKind {
         }
     }
 
-    /// The unit at a joint that turns, or slides.
+    /// The unit for a joint that turns or slides.
     pub fn unit(self, is_prismatic: bool) -> &'static str {
         match (self, is_prismatic) {
             (Position, false) => "rad",

@@ -1,4 +1,4 @@
-//! The limits of each coordinate: of the description, tightened by a file, assumed where neither has one.
+//! The limits of each coordinate: from the description, tightened by a file, or assumed where both have none.
 //!
 //! | limit | of the description | assumed (slides) |
 //! |---|---|---|
@@ -6,10 +6,10 @@
 //! | velocity | yes, up to 10 000 | 1 rad/s (0.25 m/s) |
 //! | acceleration | of a YAML | reaches the velocity in 0.3 s |
 //! | jerk | no | reaches the acceleration in 0.05 s |
-//! | effort | yes | unknown: not looked at |
+//! | effort | yes | unknown: not checked |
 //! | power | no | none |
 //!
-//! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself
+//! A file can only tighten the limits of the description. Not here: boxes, floors, collisions of the arm with itself
 //! ([`crate::excitation::space_limits`]).
 
 use std::collections::BTreeMap;
@@ -22,31 +22,31 @@ use crate::excitation::error_margins::ErrorMargins;
 pub use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::space_limits::SpaceLimits;
 
-/// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N), W.
+/// The limits of the motion of one coordinate: rad and s (m and s where it slides), N m (N), W.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoordinateLimits {
-    /// Smallest and largest, rad (m).
+    /// Smallest and largest position, rad (m).
     pub position: (f64, f64),
-    /// rad/s (m/s).
+    /// Greatest velocity, rad/s (m/s).
     pub velocity: f64,
-    /// rad/s^2 (m/s^2).
+    /// Greatest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// rad/s^3 (m/s^3).
+    /// Greatest jerk, rad/s^3 (m/s^3).
     pub jerk: f64,
-    /// None: unknown, not looked at.
+    /// Greatest effort, N m (N). None: unknown, not checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort: Option<f64>,
-    /// Of the drive, driving and braking, W. None: not limited.
+    /// Greatest power of the drive, driving and braking, W. None: not limited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<f64>,
-    /// The coordinate stands here all the time.
+    /// Constant position of a locked coordinate, rad (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub locked: Option<f64>,
 }
 
 impl CoordinateLimits {
-    /// Least and greatest value that a limit allows.
+    /// Least and greatest value that a limit allows; `None` where there is no limit.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let symmetric = |x: f64| Some((-x, x));
         match kind {
@@ -56,23 +56,24 @@ impl CoordinateLimits {
             LimitKind::Jerk => symmetric(self.jerk),
             LimitKind::Effort => self.effort.and_then(symmetric),
             LimitKind::Power => self.power.and_then(symmetric),
-            // Of links, not of a coordinate.
+            // Limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         }
     }
 
-    /// What its acceleration and its room let it reach of its velocity, rad/s (m/s): a gripper's limit may be ten times that. A joint
-    /// that reaches less than a twentieth hardly moves, and tells nothing.
+    /// The velocity within the limit that is reachable with the acceleration and the position range, rad/s (m/s); the limit of a
+    /// gripper may be ten times as large. At least a twentieth of the limit is returned: a slower joint hardly moves and
+    /// identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
-        (self.acceleration * (high - low)).sqrt().clamp(0.05 * self.velocity, self.velocity)
+        (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)
     }
 
-    /// Why no motion can keep these limits, if so.
+    /// The reason why no motion can keep these limits; `None` where one can.
     pub fn fault(&self) -> Option<String> {
         let (low, high) = self.position;
         if !(low.is_finite() && high.is_finite() && low < high) {
-            return Some(format!("the limits of position leave no room: from {low} to {high}"));
+            return Some(format!("the limits of position are empty: from {low} to {high}"));
         }
         let positive = [
             (LimitKind::Velocity, Some(self.velocity)),
@@ -82,66 +83,75 @@ impl CoordinateLimits {
             (LimitKind::Power, self.power),
         ];
         let mut given = positive.into_iter().filter_map(|(kind, x)| Some((kind, x?)));
-        let is_slow = |kind, x: f64| kind == LimitKind::Velocity && x > 0.0 && x < SLOWEST_LIMIT;
+        let is_slow = |kind, x: f64| kind == LimitKind::Velocity && x > 0.0 && x < MIN_VELOCITY_LIMIT;
         if let Some((kind, x)) = given.find(|(kind, x)| !(x.is_finite() && *x > 0.0) || is_slow(*kind, *x)) {
-            let told = if is_slow(kind, x) { "at least 1e-6" } else { "a positive number" };
-            return Some(format!("the limit of {kind} leaves no room: {x}; expected is {told} (locked: holds still)"));
+            let expected = if is_slow(kind, x) { "at least 1e-6" } else { "a positive number" };
+            return Some(format!(
+                "the limit of {kind} allows no motion: {x}; expected is {expected} (locked: holds still)"
+            ));
         }
         let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
         locked.map(|q| format!("locked at {q}, outside its limits of position, {low} to {high}"))
     }
 }
 
-/// Limits that a file gives for one coordinate, or for all.
+/// Limits that a file requests for one coordinate, or for all.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AskedLimits {
-    /// Smallest and largest, rad (m).
+    /// Smallest and largest position, rad (m).
     pub position: Option<(f64, f64)>,
-    /// rad/s (m/s).
+    /// Greatest velocity, rad/s (m/s).
     pub velocity: Option<f64>,
-    /// rad/s^2 (m/s^2).
+    /// Greatest acceleration, rad/s^2 (m/s^2).
     pub acceleration: Option<f64>,
-    /// rad/s^3 (m/s^3).
+    /// Greatest jerk, rad/s^3 (m/s^3).
     pub jerk: Option<f64>,
-    /// N m (N).
+    /// Greatest effort, N m (N).
     pub effort: Option<f64>,
-    /// Of the drive, W.
+    /// Greatest power of the drive, W.
     pub power: Option<f64>,
-    /// Stand here all the time.
+    /// Constant position of a locked coordinate, rad (m).
     pub locked: Option<f64>,
     /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
     pub slowed: Option<f64>,
 }
 
-/// A joint that may not be faster would need 70 days for a turn, and a search without end, rad/s (m/s).
-const SLOWEST_LIMIT: f64 = 1e-6;
+/// Smallest limit of velocity, rad/s (m/s): a slower joint would need 70 days for a turn, and a search would not end.
+const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
-/// Positions beyond are no limits, rad (m): people write 1e16 where there is none.
+/// Positions beyond count as no limits, rad (m): some files use 1e16 for a missing limit.
 pub const FARTHEST_POSITION: f64 = 1e3;
-/// Velocities beyond are no limits either, rad/s (m/s): in products of such a one the parts of gravity are lost to rounding.
+/// Velocities beyond count as no limit, rad/s (m/s): with products of such a velocity the gravity terms are lost to rounding.
 pub const FASTEST_VELOCITY: f64 = 1e4;
-/// Half the room of a joint whose limits hold it still, rad (m): for rounding.
-const STILL: f64 = 1e-9;
+/// Half the position range of a locked joint, rad (m): for rounding.
+const LOCKED_HALF_RANGE: f64 = 1e-9;
+/// Least share of the velocity limit that counts as reachable.
+const LEAST_VELOCITY_SHARE: f64 = 0.05;
+/// Time in which the assumed acceleration reaches the velocity, s.
+const ACCELERATING_TIME_S: f64 = 0.3;
+/// Time in which the assumed jerk reaches the acceleration, s.
+const JERK_TIME_S: f64 = 0.05;
 
-/// Whether a joint goes on without end between such positions.
+/// Whether a joint is continuous: a position limit is beyond [`FARTHEST_POSITION`].
 fn is_unlimited((low, high): (f64, f64)) -> bool {
     low < -FARTHEST_POSITION || high > FARTHEST_POSITION
 }
 
 impl AskedLimits {
-    /// Where both positions are the same, the joint is held there.
+    /// Locks the joint where both positions are equal.
     fn with_still_joint(self) -> AskedLimits {
         match self.position {
             Some((low, high)) if low == high => {
-                AskedLimits { position: Some((low - STILL, low + STILL)), locked: self.locked.or(Some(low)), ..self }
+                let position = Some((low - LOCKED_HALF_RANGE, low + LOCKED_HALF_RANGE));
+                AskedLimits { position, locked: self.locked.or(Some(low)), ..self }
             }
             _ => self,
         }
     }
 
-    /// The limits of a description that are usable. Positions beyond [`FARTHEST_POSITION`] are none, and a joint whose two
-    /// positions are the same is held there.
+    /// The usable limits of a description. Positions beyond [`FARTHEST_POSITION`] count as no limits, and a joint with two equal
+    /// positions is locked there.
     pub fn of_description(described: &Limits) -> AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
         let found = AskedLimits {
@@ -154,7 +164,7 @@ impl AskedLimits {
         found.with_still_joint()
     }
 
-    /// Least and greatest value that a limit allows, where there is one.
+    /// Least and greatest value that a limit allows; `None` where there is no limit.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let size = match kind {
             LimitKind::Position => return self.position,
@@ -163,24 +173,24 @@ impl AskedLimits {
             LimitKind::Jerk => self.jerk,
             LimitKind::Effort => self.effort,
             LimitKind::Power => self.power,
-            // Of links, not of a coordinate.
+            // Limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         };
         size.map(|x| (-x, x))
     }
 }
 
-/// The file of `--limits`.
+/// The contents of the file of `--limits`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsFile {
-    /// Limits of every coordinate; those of a coordinate itself come first.
+    /// Limits of every coordinate; limits in `coordinates` take precedence.
     pub all: AskedLimits,
-    /// Of single coordinates, by name.
+    /// Limits of single coordinates, by name.
     pub coordinates: BTreeMap<String, AskedLimits>,
-    /// Where the bodies may be; `None`: as where nothing is asked.
+    /// Regions of the bodies; `None`: the defaults.
     pub space: Option<SpaceLimits>,
-    /// How far the robot may be from its description and its plan.
+    /// Error margins of the robot with respect to its description and its plan.
     pub margins: ErrorMargins,
 }
 
@@ -194,7 +204,7 @@ impl LimitsFile {
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
-    /// Fails where the file names a coordinate that is not there, or a margin that no robot has.
+    /// Fails where the file names an unknown coordinate, or has a margin out of range.
     pub fn check_names(&self, names: &[String]) -> Result<(), String> {
         if let Some(unknown) = self.coordinates.keys().find(|name| !names.contains(name)) {
             return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
@@ -202,15 +212,15 @@ impl LimitsFile {
         self.margins.fault(names).map_or(Ok(()), Err)
     }
 
-    /// What the file says of a coordinate by its name.
+    /// The limits in the file for a coordinate of this name.
     pub fn of(&self, coordinate: &str) -> AskedLimits {
         self.coordinates.get(coordinate).cloned().unwrap_or_default()
     }
 }
 
-/// The limits of the coordinates, and what had to be assumed for them, in sentences.
+/// The limits of the coordinates, and the assumptions made for them, in sentences.
 ///
-/// Fails where the file names a coordinate that is not there, is looser than the description, or leaves no room.
+/// Fails where the file names an unknown coordinate, is looser than the description, or no range remains.
 pub fn motion_limits(
     names: &[String],
     is_prismatic: impl Fn(usize) -> bool,
@@ -237,15 +247,14 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
-/// How far from zero, and how fast, a coordinate may go where nothing says it: m and m/s where it slides, else rad and
-/// rad/s.
+/// The assumed greatest distance from zero, rad (m), and the assumed velocity, rad/s (m/s), of a coordinate.
 pub(crate) fn assumed(is_prismatic: bool) -> (f64, f64) {
     if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) }
 }
 
-/// A limit of the limits file, or else of the description; `None` where neither has one.
+/// The limit of the limits file, or else of the description; `None` where both have none.
 ///
-/// Fails where the file's is the looser one.
+/// Fails where the limit of the file is looser.
 fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
     match (described, asked) {
         (Some(d), Some(a)) if a > d => {
@@ -255,16 +264,16 @@ fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result
     }
 }
 
-/// What a file and the description give for a coordinate, slowed down as the file asks; nothing is assumed.
+/// The limits of a coordinate from a file and the description, slowed down as the file requests; nothing is assumed.
 ///
-/// Fails where the file is the looser one.
+/// Fails where the file is looser than the description.
 pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
     let described = AskedLimits::of_description(described);
     let asked_position = own.position.or(all.position);
     let still = AskedLimits { position: asked_position, ..AskedLimits::default() }.with_still_joint();
-    // A file may tighten the positions of the description, never widen them.
+    // A file may tighten the positions of the description, not extend them.
     let position = match (described.position, still.position) {
-        (Some((low, high)), Some((a, b))) if a < low - STILL || b > high + STILL => {
+        (Some((low, high)), Some((a, b))) if a < low - LOCKED_HALF_RANGE || b > high + LOCKED_HALF_RANGE => {
             return Err(format!(
                 "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
                  only tighten"
@@ -272,7 +281,7 @@ pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result
         }
         (described, asked) => asked.or(described),
     };
-    // A motion slowed by s has s times the velocity, s^2 the acceleration, s^3 the jerk.
+    // Slowing a motion by s multiplies the velocity by s, the acceleration by s^2, the jerk by s^3.
     let slowed = own.slowed.or(all.slowed);
     let factor = slowed.unwrap_or(1.0);
     if !(factor > 0.0 && factor <= 1.0) {
@@ -319,11 +328,11 @@ fn one(
         })
     };
     let (far, fast) = assumed(is_prismatic);
-    // What is assumed follows from the limits before they are slowed down.
+    // Assumed limits follow from the limits before they are slowed down.
     let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
-    let quick = velocity / factor / 0.3;
+    let quick = velocity / factor / ACCELERATING_TIME_S;
     let acceleration = or_assumed(LimitKind::Acceleration, given.acceleration, quick, 2);
-    let jerk = or_assumed(LimitKind::Jerk, given.jerk, acceleration / factor.powi(2) / 0.05, 3);
+    let jerk = or_assumed(LimitKind::Jerk, given.jerk, acceleration / factor.powi(2) / JERK_TIME_S, 3);
     let position = given.position.unwrap_or_else(|| {
         let unit = LimitKind::Position.unit(is_prismatic);
         assume(match described.position {

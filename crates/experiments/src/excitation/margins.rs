@@ -1,19 +1,19 @@
-//! What a proof has room for as numbers, what it assumes to be zero, and how far stopping takes.
+//! The margins covered by a proof, the margins assumed to be zero, and the distance and time of stopping.
 
 use claims::significant;
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::course::Course;
 use crate::excitation::error_margins::{ErrorMargins, narrowed};
 use crate::excitation::fitting::Obligations;
 use crate::excitation::limits::{AskedLimits, CoordinateLimits};
 use crate::excitation::proof::CertificateRow;
-use crate::excitation::stopping::{Stops, stops};
-use claims::{LeftOut, Matter};
+use crate::excitation::stopping::{StoppingMotions, stops};
+use crate::excitation::trajectory::Trajectory;
+use claims::{LeftOut, LeftOutTopic};
 
-/// Limits whose positions are narrowed by how far the joints may be from where a motion has them.
+/// Position limits narrowed by the greatest distance of each joint from the motion.
 ///
-/// Fails where that leaves a joint no room.
+/// Fails where no position range of a joint remains.
 pub fn with_margins(
     margins: &ErrorMargins,
     names: &[String],
@@ -30,47 +30,47 @@ pub fn with_margins(
     limits.iter().zip(names).zip(margins.of_joints(names)).map(one).collect()
 }
 
-/// What description and user give of a joint, with positions narrowed by how far it may be off.
+/// The limits of a joint from description and user, with positions narrowed by its greatest distance from the motion, rad (m).
 ///
-/// Fails where that leaves no room.
+/// Fails where no range remains.
 pub fn asked_with_margins(asked: AskedLimits, by: f64) -> Result<AskedLimits, String> {
     let position = asked.position.map(|position| narrowed(position, by)).transpose()?;
     Ok(AskedLimits { position, ..asked })
 }
 
-/// What a certificate is, and is not.
+/// The meaning of a certificate, in words.
 pub const STATEMENT: &str = "a proof of planning, and no safety function";
 
 /// The margins of a certificate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Margins {
-    /// What the rows have room for; what is not given is assumed to be zero.
+    /// The error margins that the rows cover; a margin that is not given is assumed to be zero.
     pub errors: ErrorMargins,
-    /// How much larger than the hull of its mesh a body may be, m, with its link; none: no mesh. The rows have room for it.
+    /// Greatest distance of a body's surface outside the hull of its mesh, m, with its link; none: no mesh. The rows cover it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
-    /// Where stopping begins at any instant.
-    pub stopping: Stops,
-    /// What the certificate is.
+    /// The distance and time of stopping from any instant.
+    pub stopping: StoppingMotions,
+    /// The meaning of the certificate.
     pub statement: String,
 }
 
 impl Margins {
-    /// Of a certificate along a course, with the greatest error of a mesh.
+    /// The margins of a certificate along a trajectory, with the greatest error of a mesh.
     pub fn new(
-        course: &dyn Course,
+        positions: &dyn Trajectory,
         rows: &[CertificateRow],
         obligations: &Obligations,
         errors: &ErrorMargins,
         mesh: Option<(f64, String)>,
     ) -> Margins {
         let Obligations { limits, names, surroundings, .. } = obligations;
-        let stopping = stops(course, rows, limits, names, *surroundings);
+        let stopping = stops(positions, rows, limits, names, *surroundings);
         Margins { errors: errors.clone(), mesh, stopping, statement: STATEMENT.into() }
     }
 
-    /// In lines.
+    /// The margins in lines.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for (name, given) in self.errors.words() {
@@ -89,11 +89,11 @@ impl Margins {
     }
 }
 
-/// The margins that are assumed to be zero; `None` where all are given.
+/// The margins that are assumed to be zero, as an omitted check; `None` where all are given.
 pub fn left_out(errors: &ErrorMargins) -> Option<LeftOut> {
     let missing: Vec<&str> = errors.words().into_iter().filter(|(_, x)| x.is_none()).map(|(key, _)| key).collect();
     let what = format!("{} 0 (margins of a limits file give them)", is_listed(&missing));
-    (!missing.is_empty()).then(|| LeftOut::assumed(Matter::Margin, vec![], what, "default"))
+    (!missing.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Margin, vec![], what, "default"))
 }
 
 /// `a is`, `a and b are`, `a, b and c are`.
@@ -122,7 +122,7 @@ mod tests {
         let said = |text: &str| {
             let found = left_out(&read(text));
             found.map(|out| match out.why {
-                claims::Why::Assumed { what, by } => format!("{by}: {what}"),
+                claims::LeftOutReason::Assumed { what, by } => format!("{by}: {what}"),
                 other => panic!("{other:?}"),
             })
         };
@@ -164,19 +164,19 @@ mod tests {
             let first = &found.stopping.joints[0];
             let (v, at) = (first.velocity, motion.at(first.at_s)[far][1]);
             assert!((v.abs() - at.abs()).abs() < 1e-3 * v.abs(), "{first:?} {at}");
-            assert!(first.coordinate == names[far] && first.way >= way[far] && first.way < way[far] * 1.001 + 1e-9);
+            assert!(first.coordinate == names[far] && first.path >= way[far] && first.path < way[far] * 1.001 + 1e-9);
             let rooms = [20.0 - reach[0], 30.0 - reach[1]];
             let room = found.stopping.positions.as_ref().unwrap();
             let expected = rooms[0].min(rooms[1]);
             assert!(room.room <= expected + 1e-9 && room.room > expected - 0.1, "{room:?} {rooms:?}");
-            // The wall is farther than the box of stopping reaches.
+            // The wall is beyond the box of stopping.
             let bodies = found.stopping.bodies.as_ref().unwrap();
             assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
             let text = found.text();
             let whole =
                 ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT];
             assert!(whole.iter().all(|said| text.contains(said)), "{text}");
-            // Limits just at what the motion itself reaches do not cover it, and a wall there neither.
+            // Limits at the extremes of the motion do not cover stopping, and neither does a wall there.
             let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
             let near_rod = Rod::new(height - 1e-3);
             let obligations = Obligations { limits: &near, names: &names, torque: None, surroundings: Some(&near_rod) };
@@ -194,7 +194,7 @@ mod tests {
         let obligations = Obligations { limits: &limits, names: &names, torque: None, surroundings: None };
         let found = Margins::new(motion, &[], &obligations, &read("mesh: 0.002"), Some((0.0012, "hand".into())));
         let text = found.text();
-        assert!(found.stopping == Stops::default() && !text.contains("stopping"), "{text}");
+        assert!(found.stopping == StoppingMotions::default() && !text.contains("stopping"), "{text}");
         assert!(text.contains("larger by at most 1.2 mm (hand)") && text.contains("mesh: 0.002 m, the proof has room"));
         assert!(text.ends_with("no safety function\n"), "{text}");
     }

@@ -1,32 +1,31 @@
-//! One exciting motion of all joints within proved limits: a finite Fourier series between rest and rest, or a quintic
-//! spline.
+//! One exciting motion of all joints within proved limits: a finite Fourier series from rest to rest, or a quintic spline.
 
 pub mod artefact;
 pub mod barrier;
 pub mod centre;
 pub mod certificate_text;
 pub mod columns;
-pub mod course;
 pub mod criterion;
 pub mod descent;
-pub mod described_torque;
+pub mod distance_barrier;
 mod enclosed_drives;
 pub mod enclosure;
+pub mod enforced_limits;
 pub mod error_margins;
 mod finer_instants;
 pub mod fitting;
 pub mod fourier_series;
 pub mod gap_proof;
-pub mod held_limits;
-pub mod ledger;
 mod limit_kind;
 pub mod limits;
 pub mod margins;
 pub mod motion;
+pub mod motion_claims;
 mod near_drives;
 mod near_gaps;
 pub mod no_motion;
-pub mod polynomial_course;
+pub mod nominal_torque;
+pub mod polynomial_trajectory;
 pub mod problem;
 pub mod proof;
 pub mod quintic_spline;
@@ -34,10 +33,10 @@ mod rows;
 pub mod sampled_drives;
 pub mod search;
 pub mod space_limits;
-pub mod space_wall;
 pub mod spline_enclosure;
 pub mod stopping;
-pub mod torque_wall;
+pub mod torque_barrier;
+pub mod trajectory;
 pub mod visibility;
-pub mod walled;
 mod watched;
+pub mod with_barriers;

@@ -1,78 +1,77 @@
-//! A motion of all joints from rest to rest: the sum of functions of its shape.
+//! A motion of all joints from rest to rest: a sum of basis functions.
 //!
-//! q_i(t) = c_i + sum_j x_ij f_j(t): the functions are those of a Fourier series
-//! ([`crate::excitation::fourier_series`]) or of a quintic spline
-//! ([`crate::excitation::quintic_spline`]), the same for all coordinates. c_i is the pose about which a
-//! coordinate moves. Every quantity is linear in (c, x_1, x_2, ..).
+//! q_i(t) = c_i + sum_j x_ij f_j(t): the functions of a Fourier series ([`crate::excitation::fourier_series`]) or of a quintic
+//! spline ([`crate::excitation::quintic_spline`]), the same for all coordinates. c_i is the centre of coordinate i. Every
+//! quantity is linear in (c, x_1, x_2, ..).
 
 use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::quintic_spline::QuinticSpline;
 use crate::motion::reference_motion::Reference;
 
-/// The functions that a motion is a sum of.
+/// The basis functions of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum MotionShape {
     /// Whole periods of a series, between blends.
     Fourier(FourierSeries),
-    /// From rest to rest, played again for each repetition.
+    /// From rest to rest, once per repetition.
     Spline(QuinticSpline),
 }
 
-impl Shape {
-    /// Coefficients of a coordinate, the pose among them.
+impl MotionShape {
+    /// Number of coefficients of a coordinate, including the centre.
     pub fn size(&self) -> usize {
         match self {
-            Shape::Fourier(series) => 2 * series.harmonics + 1,
-            Shape::Spline(spline) => spline.spans,
+            MotionShape::Fourier(series) => 2 * series.harmonics + 1,
+            MotionShape::Spline(spline) => spline.spans,
         }
     }
 
-    /// Duration of what is repeated, s.
+    /// Duration of the repeated segment, s.
     pub fn period(&self) -> f64 {
         match self {
-            Shape::Fourier(series) => series.period,
-            Shape::Spline(spline) => spline.period,
+            MotionShape::Fourier(series) => series.period,
+            MotionShape::Spline(spline) => spline.period,
         }
     }
 
-    /// Duration from rest to what is repeated, and from there to rest, s.
+    /// Duration from rest to the repeated segment, and from it back to rest, s.
     pub fn blend(&self) -> f64 {
         match self {
-            Shape::Fourier(series) => series.blend,
-            Shape::Spline(_) => 0.0,
+            MotionShape::Fourier(series) => series.blend,
+            MotionShape::Spline(_) => 0.0,
         }
     }
 
     /// The k-th derivative per unit of the coefficients at `t` s from the start of a period; k at most 3.
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         match self {
-            Shape::Fourier(series) => series.row(t, k),
-            Shape::Spline(spline) => spline.row(t, k),
+            MotionShape::Fourier(series) => series.row(t, k),
+            MotionShape::Spline(spline) => spline.row(t, k),
         }
     }
 
-    /// The units of the coefficients in a search. One unit is a large part of what the limits allow.
+    /// The units of the coefficients in a search. One unit is a large share of the range that the limits allow.
     pub fn units(&self, limits: &CoordinateLimits) -> Vec<f64> {
         let half_room = 0.5 * (limits.position.1 - limits.position.0);
         let unit = match self {
-            Shape::Fourier(_) => limits.reachable_velocity(),
-            Shape::Spline(spline) => spline.unit(half_room, limits.velocity),
+            MotionShape::Fourier(_) => limits.reachable_velocity(),
+            MotionShape::Spline(spline) => spline.unit(half_room, limits.velocity),
         };
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
     }
 
     /// The metric of the coefficients in these units.
     ///
-    /// The square of a swing at the greatest velocity, or by half the room, is about 1. For a series it is the
-    /// identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count`
-    /// instants, v the limit of velocity. So a quick swing of the control points counts as a quick harmonic does.
+    /// The squared norm of a swing at the greatest velocity, or by half the position range, is about 1. For a series the metric
+    /// is the identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count`
+    /// instants, v the limit of velocity. A fast swing of the control points then has the norm of a fast harmonic.
     pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
         let m = self.size();
         let mut metric = vec![0.0; m * m];
         match self {
-            Shape::Fourier(_) => metric.iter_mut().step_by(m + 1).for_each(|x| *x = 1.0),
-            Shape::Spline(_) => {
+            MotionShape::Fourier(_) => metric.iter_mut().step_by(m + 1).for_each(|x| *x = 1.0),
+            MotionShape::Spline(_) => {
                 let units = self.units(limits);
                 metric[0] = 1.0;
                 for row in self.rows(1, count, std::iter::empty()) {
@@ -89,11 +88,11 @@ impl Shape {
         metric
     }
 
-    /// Rows of the k-th derivative at `count` instants of a period, and at these shares of each blend.
+    /// Rows of the k-th derivative at `count` instants of a period, and at these positions in [0, 1] of each blend.
     pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
         let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);
         let mut rows: Vec<Vec<f64>> = (0..count).map(of_period).collect();
-        if let Shape::Fourier(series) = self {
+        if let MotionShape::Fourier(series) = self {
             for is_start in [true, false] {
                 rows.extend(of_blends.clone().map(|u| series.blend_row(k, is_start, u)));
             }
@@ -101,25 +100,27 @@ impl Shape {
         rows
     }
 
-    /// Control points whose hull holds the k-th derivative of the blends, those of the start before those of the end.
+    /// Control points whose hull encloses the k-th derivative of the blends, the start blend first.
     pub(crate) fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
-            Shape::Fourier(series) => [true, false].into_iter().flat_map(|s| series.blend_control(k, s)).collect(),
-            Shape::Spline(_) => vec![],
+            MotionShape::Fourier(series) => {
+                [true, false].into_iter().flat_map(|s| series.blend_control(k, s)).collect()
+            }
+            MotionShape::Spline(_) => vec![],
         }
     }
 }
 
-/// The motion.
+/// A motion of all joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// Rate of the file that is played, Hz.
+    /// Rate of the played file, Hz.
     pub rate: f64,
-    /// Whole periods.
+    /// Number of whole periods.
     pub repetitions: usize,
-    /// What it is a sum of.
-    pub shape: Shape,
-    /// By coordinate: its coefficients (c, x_1, x_2, ..).
+    /// The basis functions.
+    pub shape: MotionShape,
+    /// Coefficients of each coordinate: (c, x_1, x_2, ..).
     pub joints: Vec<Vec<f64>>,
 }
 
@@ -130,7 +131,7 @@ pub fn scaled(coefficients: &[f64], factor: f64, centre: f64) -> Vec<f64> {
 }
 
 impl Motion {
-    /// s, from rest to rest.
+    /// Duration from rest to rest, s.
     pub fn duration(&self) -> f64 {
         2.0 * self.shape.blend() + self.repetitions as f64 * self.shape.period()
     }
@@ -139,17 +140,17 @@ impl Motion {
     pub fn at(&self, t: f64) -> Vec<[f64; 4]> {
         let series = self.repetitions as f64 * self.shape.period();
         let rows: [Vec<f64>; 4] = match self.shape {
-            Shape::Fourier(shape) if t < shape.blend || t - shape.blend > series => {
+            MotionShape::Fourier(shape) if t < shape.blend || t - shape.blend > series => {
                 let is_start = t < shape.blend;
                 let local = if is_start { t } else { t - shape.blend - series };
                 let u = (local / shape.blend).clamp(0.0, 1.0);
                 [0, 1, 2, 3].map(|k| shape.blend_row(k, is_start, u))
             }
-            Shape::Fourier(_) => {
+            MotionShape::Fourier(_) => {
                 let phase = (t - self.shape.blend()) % self.shape.period();
                 [0, 1, 2, 3].map(|k| self.shape.row(phase, k))
             }
-            Shape::Spline(spline) => {
+            MotionShape::Spline(spline) => {
                 let phase = if t < series { t.max(0.0) % spline.period } else { spline.period };
                 [0, 1, 2, 3].map(|k| spline.row(phase, k))
             }
@@ -158,7 +159,7 @@ impl Motion {
         self.joints.iter().map(of).collect()
     }
 
-    /// The motion at its rate, from rest to rest; the window is the whole periods.
+    /// The motion sampled at its rate, from rest to rest; the window covers the whole periods.
     pub fn reference(&self) -> Reference {
         let count = |seconds: f64| (seconds * self.rate).round() as usize;
         let (samples, n) = (count(self.duration()) + 1, self.joints.len());
@@ -168,7 +169,7 @@ impl Motion {
         }
         for r in 0..samples {
             for (k, [q, dq, ddq, _]) in self.at(r as f64 / self.rate).into_iter().enumerate() {
-                // Rounding must not leave a velocity at the last instant, which controllers refuse.
+                // Rounding must not give a velocity at the last instant, since controllers refuse it.
                 let is_end = r + 1 == samples;
                 reference.q[k].push(q);
                 reference.dq[k].push(if is_end { 0.0 } else { dq });
@@ -187,21 +188,21 @@ pub(crate) mod tests {
     use super::*;
     use random::Random;
 
-    /// One of each shape, of two coordinates, with two repetitions.
+    /// One motion of each shape, with two coordinates and two repetitions.
     pub(crate) fn motions() -> [Motion; 2] {
         let mut random = Random::new(3);
-        let mut motion = |shape: Shape| {
+        let mut motion = |shape: MotionShape| {
             let joints = vec![vec![(); shape.size()]; 2];
             let joints = joints.iter().map(|x| x.iter().map(|()| random.normal()).collect()).collect();
             Motion { rate: 100.0, repetitions: 2, shape, joints }
         };
         [
-            motion(Shape::Fourier(FourierSeries { period: 4.0, blend: 1.0, harmonics: 3 })),
-            motion(Shape::Spline(QuinticSpline { period: 4.0, spans: 9 })),
+            motion(MotionShape::Fourier(FourierSeries { period: 4.0, blend: 1.0, harmonics: 3 })),
+            motion(MotionShape::Spline(QuinticSpline { period: 4.0, spans: 9 })),
         ]
     }
 
-    /// Each derivative is the slope of the one before, across the joints of the pieces too; it starts and ends at rest.
+    /// Each derivative is the derivative of the one before, also where segments meet; the motion starts and ends at rest.
     #[test]
     fn derivatives_follow_and_the_ends_rest() {
         for motion in motions() {

@@ -1,45 +1,45 @@
-//! The torques and powers that come near their bounds, linear in the coefficients: what the wall of torques adds to the
-//! curvature of a descent, and how far a step may go.
+//! The torques and powers near their bounds, linear in the coefficients: the contribution of the torque barrier to the Hessian of
+//! a descent, and the greatest step.
 //!
-//! With B the curvature of the kinematic wall, block by block, G the slopes of the K nearest quantities v along the
-//! coefficients and D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)), the curvature is B + G' D G, up to what v bends by
-//! itself. Its inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without it a
-//! chain of thirty joints, whose efforts bind first, halves each step three to fifteen times.
+//! With B the Hessian of the kinematic barrier, block by block, G the gradients of the K nearest quantities v by the coefficients
+//! and D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)), the Hessian is B + G' D G, without the second derivatives of v. Its
+//! inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without this term the line search of a
+//! chain of thirty joints, whose efforts are limiting, halves each step three to fifteen times.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::excitation::barrier::Curvature;
 use crate::excitation::problem::Prepared;
-use crate::excitation::torque_wall::{HeldDrive, TorqueWall};
+use crate::excitation::torque_barrier::{EnforcedDrive, TorqueBarrier};
 
-/// Share of its bound from which a quantity may count.
+/// Share of its bound from which a quantity may be included.
 const NEAR_SHARE: f64 = 0.7;
-/// Curvature along a scaled coefficient that is little beside that of the criterion.
+/// Curvature by a scaled coefficient that is negligible compared with the criterion.
 const NEGLIGIBLE_CURVATURE: f64 = 1e-3;
-/// Share of the room along a step that may be used of a quantity, as of the rows of the kinematic wall.
-const ROOM_SHARE_OF_STEP: f64 = 0.99;
+/// Share of the distance to a bound that one step may use, equal to the share of the kinematic barrier.
+const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// Quantities near their bounds at a motion x, with their slopes.
+/// Quantities near their bounds at a motion x, with their gradients.
 #[derive(Clone)]
 pub(crate) struct NearDrives {
-    held: Vec<HeldDrive>,
-    /// K x N, row by row.
+    held: Vec<EnforcedDrive>,
+    /// G, K x N, row by row.
     slopes: Vec<f64>,
-    /// N.
+    /// Number of coefficients N.
     width: usize,
 }
 
 impl NearDrives {
-    /// Those of the greatest share of their bounds, at most as many as the criterion has instants.
+    /// The quantities nearest to their bounds, at most as many as the criterion has instants.
     pub(crate) fn new(prepared: &Prepared, height: f64, states: &[f64], rigid: &[f64]) -> NearDrives {
         let problem = prepared.problem;
-        // At low walls only the nearest bend them: where (room / bound)^2 is at most the weight over a small curvature.
+        // With a low weight only the nearest quantities matter: (distance / bound)^2 at most weight / negligible curvature.
         let weight = height / problem.samples.max(1) as f64;
         let least_share = (1.0 - (weight / NEGLIGIBLE_CURVATURE).sqrt()).max(NEAR_SHARE);
-        let near = |wall: &TorqueWall| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
+        let near = |wall: &TorqueBarrier| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
         let mut held = problem.torque.map_or(vec![], near);
-        // Those with raised bounds first, whose walls are the steepest; equal ones in the order of the instants.
-        let rank = |held: &HeldDrive| (held.relief > 1.0, held.share());
+        // First the quantities with raised bounds, whose barriers are the steepest; equal ones in the order of the instants.
+        let rank = |held: &EnforcedDrive| (held.relief > 1.0, held.share());
         held.sort_by(|a, b| rank(b).0.cmp(&rank(a).0).then(rank(b).1.total_cmp(&rank(a).1)));
         held.truncate(problem.samples);
         let slopes = prepared.drive_slopes(states, &held);
@@ -54,19 +54,20 @@ impl NearDrives {
         self.slopes.chunks_exact(self.width.max(1))
     }
 
-    /// The greatest step along a direction that keeps a hundredth of the room of every quantity, were it linear.
+    /// The greatest step along a direction that keeps a hundredth of the distance of every quantity to its bound, in linear
+    /// approximation.
     pub(crate) fn greatest_step(&self, direction: &[f64]) -> f64 {
-        let of = |(held, row): (&HeldDrive, &[f64])| {
+        let of = |(held, row): (&EnforcedDrive, &[f64])| {
             let rate = dot(row, direction);
             let room = if rate > 0.0 { held.bound - held.value } else { held.bound + held.value };
-            if rate == 0.0 { f64::INFINITY } else { ROOM_SHARE_OF_STEP * room / rate.abs() }
+            if rate == 0.0 { f64::INFINITY } else { STEP_TO_BOUND_SHARE * room / rate.abs() }
         };
         self.held.iter().zip(self.rows()).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The curvature of the kinematic wall together with that of the torques of this weight.
+    /// The Hessian of the kinematic barrier plus the torque barrier with this weight; `None` where it cannot be factored.
     pub(crate) fn curvature(&self, kinematic: &Curvature, weight: impl Fn(f64) -> f64) -> Option<RaisedCurvature> {
-        let bend = |held: &HeldDrive| {
+        let bend = |held: &EnforcedDrive| {
             weight(held.relief) * ((held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2))
         };
         let mut solved = self.slopes.clone();
@@ -84,7 +85,7 @@ impl NearDrives {
     }
 }
 
-/// A curvature of the kinematic wall, raised by K rows.
+/// The Hessian of the kinematic barrier with an update of rank K.
 pub(crate) struct RaisedCurvature {
     /// Y, K x N.
     solved: Vec<f64>,
@@ -94,7 +95,7 @@ pub(crate) struct RaisedCurvature {
 }
 
 impl RaisedCurvature {
-    /// Solves in place.
+    /// Solves in place, by the equation at the top of this file.
     pub(crate) fn solve(&self, kinematic: &Curvature, x: &mut [f64]) {
         let along = self.solved.chunks_exact(self.width).map(|row| -dot(row, x)).collect();
         kinematic.solve(x);
@@ -105,7 +106,7 @@ impl RaisedCurvature {
     }
 }
 
-/// In four sums, so that none waits for the other.
+/// Product of two vectors in four independent sums, for instruction-level parallelism.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (fours, rest) = a.as_chunks::<4>();
     let (others, other_rest) = b.as_chunks::<4>();
@@ -126,7 +127,7 @@ mod tests {
     use crate::excitation::limit_kind::LimitKind;
 
     fn near() -> NearDrives {
-        let held = |value: f64, relief: f64| HeldDrive {
+        let held = |value: f64, relief: f64| EnforcedDrive {
             instant: 0,
             coordinate: 0,
             limit: LimitKind::Effort,
@@ -139,7 +140,7 @@ mod tests {
         NearDrives { held: vec![held(1.9, 1.0), held(-1.5, 1.2), held(1.0, 1.0)], slopes, width: 10 }
     }
 
-    /// What the raised curvature solves, times B + G' D G, is the right-hand side.
+    /// The solution times B + G' D G is the right-hand side.
     #[test]
     fn the_raised_curvature_is_the_sum() {
         let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);
@@ -148,7 +149,7 @@ mod tests {
         let mut found: Vec<f64> = (0..10).map(|k| 1.0 - 0.2 * f64::from(k)).collect();
         let right = found.clone();
         near.curvature(&kinematic, weight).unwrap().solve(&kinematic, &mut found);
-        // B^-1 (right - G' D G found) is found again.
+        // B^-1 (right - G' D G found) equals the solution.
         let mut rest = right.clone();
         for (held, row) in near.held.iter().zip(near.rows()) {
             let bend = (held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2);

@@ -1,41 +1,41 @@
-//! The gaps that are felt at a motion, linear in the coefficients: what the wall of distances adds to the curvature of a
-//! descent, and how far a step may go.
+//! The gaps near their bounds, linear in the coefficients: the contribution of the distance barrier to the Hessian of a descent,
+//! and the greatest step.
 //!
-//! With b the row of the basis at an instant, g the slope of a room along the coordinates and w'' the bend of the wall
-//! along the room, the curvature is the sum over the rooms of w'' (g x b)(g x b)', x the product of Kronecker, up to what
-//! rooms bend by themselves. The rooms of one instant share b, so their g are added up first. Without it a descent whose
-//! bodies are near each other halves every step.
+//! With b the row of the basis at an instant, g the gradient of a distance by the coordinates and w'' the second derivative of
+//! the barrier by the distance, the Hessian is the sum over the gaps of w'' (g x b)(g x b)', x the Kronecker product, without the
+//! second derivatives of the distances. The gaps of one instant share b, so their terms in g are added first. Without this term
+//! the line search halves every step where bodies are near each other.
 
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::add_products;
 
 use crate::excitation::barrier::Curvature;
 
-/// Share of a room along a step that may be used, as of the rows of the kinematic wall.
-const ROOM_SHARE_OF_STEP: f64 = 0.99;
+/// Share of the distance to a bound that one step may use, equal to the share of the kinematic barrier.
+const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// A room that is felt.
-pub(crate) struct HeldGap {
+/// A gap near its bound at an instant.
+pub(crate) struct EnforcedGap {
     /// Index of its instant.
     pub instant: usize,
-    /// Above its reserve, m.
+    /// Distance above its bound and reserve, m.
     pub room: f64,
-    /// Second derivative of the wall by the room, 1/m^2.
+    /// Second derivative of the barrier by the distance, 1/m^2.
     pub bend: f64,
 }
 
-/// The rooms that are felt at a motion, instant after instant.
+/// The gaps near their bounds at a motion, in the order of the instants.
 #[derive(Default)]
 pub(crate) struct NearGaps {
-    held: Vec<HeldGap>,
-    /// Slope of each room along the n coordinates, room after room, m/rad (m/m).
+    held: Vec<EnforcedGap>,
+    /// Gradient of each distance by the n coordinates, gap by gap, m/rad (m/m).
     slopes: Vec<f64>,
 }
 
 impl NearGaps {
-    /// Adds a room at an instant that is not before the last one.
+    /// Adds a gap at an instant that is not before the last one.
     pub(crate) fn push(&mut self, instant: usize, room: f64, bend: f64, slope: &[f64]) {
-        self.held.push(HeldGap { instant, room, bend });
+        self.held.push(EnforcedGap { instant, room, bend });
         self.slopes.extend_from_slice(slope);
     }
 
@@ -43,12 +43,12 @@ impl NearGaps {
         self.held.is_empty()
     }
 
-    /// Each room with its slope.
-    pub(crate) fn rooms(&self) -> impl Iterator<Item = (&HeldGap, &[f64])> {
+    /// Each gap with its gradient.
+    pub(crate) fn rooms(&self) -> impl Iterator<Item = (&EnforcedGap, &[f64])> {
         self.held.iter().zip(self.slopes.chunks_exact(self.slopes.len() / self.held.len().max(1)))
     }
 
-    /// The greatest step along a direction of the coefficients that keeps a hundredth of every room, were it linear.
+    /// The greatest step along a direction of the coefficients that keeps a hundredth of every distance, in linear approximation.
     pub(crate) fn greatest_step(&self, basis: &Basis, direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         let (mut seen, mut rates) = (usize::MAX, vec![]);
@@ -58,13 +58,13 @@ impl NearGaps {
             }
             let opening: f64 = basis.moving.iter().zip(&rates).map(|(&k, rate)| slope[k] * rate).sum();
             if opening < 0.0 {
-                step = step.min(-ROOM_SHARE_OF_STEP * held.room / opening);
+                step = step.min(-STEP_TO_BOUND_SHARE * held.room / opening);
             }
         }
         step
     }
 
-    /// The curvature of the kinematic wall, joint by joint, together with that of the rooms.
+    /// The Hessian of the kinematic barrier, joint by joint, plus the Hessian of the distance barrier.
     pub(crate) fn curvature(&self, basis: &Basis, kinematic: &[DMatrix<f64>]) -> Option<Curvature> {
         let (m, size) = (basis.m(), basis.scale.len());
         let mut whole = DMatrix::zeros(size, size);
@@ -82,7 +82,7 @@ impl NearGaps {
                     at += usize::from(instants[at] != held.instant);
                     weights[at] += held.bend * slope[of_j] * slope[of_k];
                 }
-                // Most rooms turn with few joints.
+                // Most distances depend on few joints.
                 if weights.iter().all(|weight| *weight == 0.0) {
                     continue;
                 }
@@ -94,12 +94,12 @@ impl NearGaps {
                 }
             }
         }
-        // Of the lower triangle alone.
+        // The factorisation reads the lower triangle only.
         Cholesky::new(whole).map(Curvature::of_all)
     }
 }
 
-/// How positions follow from the scaled coefficients, joint after joint.
+/// The map from the scaled coefficients to the positions, joint after joint.
 pub(crate) struct Basis<'a> {
     /// The row of the basis at each instant.
     pub rows: &'a [Vec<f64>],
@@ -110,12 +110,12 @@ pub(crate) struct Basis<'a> {
 }
 
 impl Basis<'_> {
-    /// Coefficients of a coordinate.
+    /// Number of coefficients of a coordinate.
     fn m(&self) -> usize {
         self.scale.len() / self.moving.len().max(1)
     }
 
-    /// How fast the coordinates that move change along a direction of the coefficients, at an instant.
+    /// Rates of the moving coordinates along a direction of the coefficients, at an instant.
     fn rates(&self, direction: &[f64], instant: usize) -> Vec<f64> {
         let (row, m) = (&self.rows[instant], self.m());
         let of_joint = |(x, scale): (&[f64], &[f64])| row.iter().zip(x).zip(scale).map(|((b, x), s)| b * x * s).sum();
@@ -136,7 +136,7 @@ mod tests {
         (0..5).map(|i| vec![1.0, wave(i, 1.1), wave(i + 3, 2.3)]).collect()
     }
 
-    /// Two rooms at one instant, one at another, one that nothing turns.
+    /// Two gaps at one instant, one at another, one that no joint changes.
     fn near() -> NearGaps {
         let mut near = NearGaps::default();
         near.push(1, 0.03, 4.0, &[0.3, 9.0, -0.2]);
@@ -148,13 +148,13 @@ mod tests {
 
     const SCALE: [f64; 6] = [1.0, 0.8, 0.6, 2.0, 0.5, 0.7];
 
-    /// The slope of a room along the coefficients.
-    fn along_coefficients(basis: &Basis, held: &HeldGap, slope: &[f64]) -> Vec<f64> {
+    /// The gradient of a distance by the coefficients.
+    fn along_coefficients(basis: &Basis, held: &EnforcedGap, slope: &[f64]) -> Vec<f64> {
         let row = &basis.rows[held.instant];
         (0..6).map(|at| slope[basis.moving[at / 3]] * row[at % 3] * basis.scale[at]).collect()
     }
 
-    /// What the curvature solves, times the sum of its parts, is the right-hand side.
+    /// The solution times the sum of the Hessians is the right-hand side.
     #[test]
     fn the_curvature_is_the_sum() {
         let (rows, near) = (rows(), near());
@@ -171,7 +171,7 @@ mod tests {
             product.iter_mut().zip(&slope).for_each(|(p, g)| *p += held.bend * along * g);
         }
         for (a, b) in product.iter().zip(&right) {
-            // Roundings of a system of six, its largest bend a hundred times its smallest.
+            // Rounding of a system of six equations, with second derivatives that differ by a factor of a hundred.
             assert!((a - b).abs() < 1e-12, "{product:?} {right:?}");
         }
     }

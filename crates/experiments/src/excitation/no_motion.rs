@@ -1,45 +1,45 @@
-//! Why a search for an exciting motion finds none, with what stands in the way.
+//! The reasons why a search finds no exciting motion.
 
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// Why there is no motion.
+/// The reason why there is no motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoMotion {
     /// No coordinate may move.
     AllLocked,
-    /// No parameter is seen by any motion within the limits.
+    /// No parameter is identifiable by any motion within the limits.
     NothingToTell,
-    /// The limits, or the time, let the coordinates move too little to tell the parameters apart.
+    /// The limits, or the time, allow too little motion to separate the parameters.
     TooSmall {
-        /// Index of the coordinate that is slowest.
+        /// Index of the slowest coordinate.
         coordinate: usize,
-        /// Which of its limits holds it.
+        /// The limit that restricts it.
         limit: LimitKind,
-        /// From its least to its greatest position, rad (m).
+        /// Distance from its least to its greatest position, rad (m).
         swing: f64,
         /// Its greatest speed, rad/s (m/s).
         speed: f64,
     },
-    /// Even a motion that hardly moves takes more effort or power of this coordinate than is allowed.
+    /// Even a very small motion takes more effort or power of this coordinate than is allowed.
     TooWeak {
         /// Index of the coordinate.
         coordinate: usize,
-        /// Of effort, or of power.
+        /// The limit of effort or of power.
         limit: LimitKind,
-        /// The least share of that limit that any motion tried takes.
+        /// The least ratio to that limit of all tried motions.
         share: f64,
     },
-    /// No motion keeps the bodies apart. The gap is the one that came nearest to being kept.
+    /// No motion keeps the distances of the bodies. The gap is the one that was nearest to being kept.
     TooNarrow {
         /// Index of the gap.
         gap: usize,
-        /// Room above its bound, m: too small for a search, and mostly negative.
+        /// Distance above its bound, m: too small for a search, and mostly negative.
         room: f64,
     },
 }
 
-/// Which coordinate is slowest in a motion that tells too little, and which limit it comes nearest to.
+/// The slowest coordinate of a motion that identifies too little, and the limit that it is nearest to.
 pub(crate) fn too_small(prepared: &Prepared, problem: &Problem, x: &[f64]) -> NoMotion {
     let barrier = prepared.barrier();
     let of_joint = |(j, &coordinate): (usize, &usize)| {

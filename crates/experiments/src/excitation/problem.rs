@@ -1,7 +1,7 @@
-//! What is asked of a motion, and the rows of an identification as a function of its coefficients.
+//! The search problem of a motion, and the rows of an identification as a function of its coefficients.
 //!
-//! The state at an instant is linear in the coefficients x, scaled joint after joint. Rows are over the noise of their joint;
-//! locked joints have none.
+//! The state at an instant is linear in the coefficients x, which are scaled and ordered joint after joint. Rows are over the
+//! noise of their joint; locked joints have no rows.
 
 use std::sync::Arc;
 
@@ -9,45 +9,44 @@ use linear_model::differentiable::{DifferentiableRegressor, DifferentiableTorque
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 
 use crate::excitation::barrier::Barrier;
-use crate::excitation::criterion::{Aim, Criterion, JointRows, criterion};
+use crate::excitation::criterion::{Criterion, CriterionRows, SearchObjective, criterion};
+use crate::excitation::distance_barrier::{DistanceBarrier, Seen};
 use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::motion::Shape;
-use crate::excitation::space_wall::{Seen, SpaceWall};
-use crate::excitation::torque_wall::TorqueWall;
+use crate::excitation::motion::MotionShape;
+use crate::excitation::torque_barrier::TorqueBarrier;
 
-/// What is asked of a motion.
+/// The search problem of a motion.
 #[derive(Clone)]
 pub struct Problem<'a> {
     /// The base regressor with its derivatives.
     pub regressor: &'a dyn DifferentiableRegressor,
     /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
-    /// One per coordinate.
+    /// Limits, one per coordinate.
     pub limits: &'a [CoordinateLimits],
-    /// N m (N) a sample, one per coordinate.
+    /// Standard deviation of a torque sample, N m (N), one per coordinate.
     pub noise: &'a [f64],
     /// The aim of the search.
-    pub aim: Aim,
+    pub aim: SearchObjective,
     /// The limits of torque and power, where there are any.
-    pub torque: Option<&'a TorqueWall>,
-    /// Which columns count.
+    pub torque: Option<&'a TorqueBarrier>,
+    /// Whether each column is included.
     pub columns: &'a [bool],
-    /// What the motion is a sum of.
-    pub shape: Shape,
-    /// Instants a period at which limits and information are looked at.
+    /// The basis functions of the motion.
+    pub shape: MotionShape,
+    /// Instants a period for the limits and the information.
     pub samples: usize,
-    /// The distances that bodies must keep, where the description has any.
+    /// The distances of bodies, where the description has bodies.
     pub surroundings: Option<&'a dyn Surroundings>,
-    /// Rows of information that is known already, over all columns of the model, as a share of one sample of the
-    /// motion.
+    /// Rows of prior information over all columns of the model, relative to one sample of the motion.
     pub prior: &'a [f64],
 }
 
-/// Instants in a blend at which torques are looked at.
+/// Instants in a blend at which torques are evaluated.
 pub(super) const TORQUE_INSTANTS_PER_BLEND: usize = 16;
 
-/// A problem with what every evaluation needs.
+/// A problem with the data for its evaluations.
 #[derive(Clone)]
 pub struct Prepared<'a> {
     pub(super) problem: &'a Problem<'a>,
@@ -56,38 +55,38 @@ pub struct Prepared<'a> {
     moving: Vec<usize>,
     /// Unit of each scaled coefficient, joint after joint.
     scale: Vec<f64>,
-    /// q, dq, ddq at each instant per unit of the coefficients: those of the period, then those of the blends.
+    /// q, dq, ddq at each instant per unit of the coefficients: the instants of the period, then of the blends.
     pub(super) instants: Vec<[Vec<f64>; 3]>,
-    /// What the bounds of torques and powers are times, one per instant.
+    /// Factors of the bounds of torques and powers, one per instant.
     reliefs: Vec<f64>,
-    /// By moving coordinate: the base columns that count and are not zero in its rows, as (place in Y, place in W).
+    /// By moving coordinate: the included base columns that are not zero in its rows, as (index in Y, index in W).
     pub(super) base: Vec<Vec<(usize, usize)>>,
-    /// By coordinate: its friction columns that count, as (place among its own, place in W).
+    /// By coordinate: its included friction columns, as (index among its own, index in W).
     pub(super) own: Vec<Vec<(usize, usize)>>,
-    /// The torques of the wall, where there is one.
+    /// The torques of the barrier, where there is one.
     pub(super) torques: Option<Arc<dyn DifferentiableTorques + 'a>>,
-    /// Threads of an evaluation; its result does not depend on them.
+    /// Threads of an evaluation; the result is independent of them.
     pub(super) threads: usize,
     /// Columns of W.
     p: usize,
-    /// The wall of the distances between bodies.
-    pub(super) space: Option<SpaceWall<'a>>,
-    /// What is known already as rows below those of the S instants, p wide.
+    /// The barrier of the distances between bodies.
+    pub(super) space: Option<DistanceBarrier<'a>>,
+    /// Prior information as rows below the rows of the S instants, p wide.
     prior: Vec<f64>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Computes what all starts share.
+    /// Computes the data that all starts share.
     pub fn new(problem: &'a Problem<'a>) -> Prepared<'a> {
         let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
-        // Rows that give q, dq and ddq from the coefficients: N instants of the period, more of the blends.
+        // Rows that give q, dq and ddq from the coefficients: N instants of the period, then the instants of the blends.
         let of_blends = (0..TORQUE_INSTANTS_PER_BLEND).map(|i| i as f64 / (TORQUE_INSTANTS_PER_BLEND - 1) as f64);
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants: Vec<[Vec<f64>; 3]> = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
-        // The columns that can be told apart, numbered anew: base parameters, then friction joint by joint.
+        // The included columns, renumbered: base parameters, then friction joint by joint.
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
         let mut p = base_columns.len();
         let mut own = vec![Vec::new(); n];
@@ -119,12 +118,12 @@ impl<'a> Prepared<'a> {
             threads: 1,
             p,
             prior: known_rows(problem),
-            space: problem.surroundings.map(|s| SpaceWall::new(s, shape)),
+            space: problem.surroundings.map(|s| DistanceBarrier::new(s, shape)),
             problem,
         }
     }
 
-    /// The same, whose evaluations share so many threads.
+    /// The problem with evaluations on `threads` threads.
     pub(super) fn with_threads(self, threads: usize) -> Prepared<'a> {
         Prepared { threads, ..self }
     }
@@ -139,7 +138,7 @@ impl<'a> Prepared<'a> {
         &self.moving
     }
 
-    /// Columns that count.
+    /// Number of included columns.
     pub fn p(&self) -> usize {
         self.p
     }
@@ -149,17 +148,17 @@ impl<'a> Prepared<'a> {
         &self.scale
     }
 
-    /// Coefficients of all coordinates that move.
+    /// Number of coefficients of all moving coordinates.
     pub(super) fn size(&self) -> usize {
         self.scale.len()
     }
 
-    /// What the bounds of torques and powers are times, one per instant.
+    /// Factors of the bounds of torques and powers, one per instant.
     pub(super) fn reliefs(&self) -> &[f64] {
         &self.reliefs
     }
 
-    /// Looks at torques at these instants too, each with what its bounds are times.
+    /// Evaluates torques at these instants too, each with the factor of its bounds.
     pub(super) fn watch(&mut self, instants: impl IntoIterator<Item = ([Vec<f64>; 3], f64)>) {
         for (rows, relief) in instants {
             self.instants.push(rows);
@@ -167,7 +166,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// From the slopes along q, dq, ddq of each coordinate at an instant to those along the coefficients, which are added.
+    /// Adds to the gradient by the coefficients the gradient by q, dq, ddq of each coordinate at an instant.
     pub(super) fn add_slopes(&self, rows: &[Vec<f64>; 3], of_state: &[f64], gradient: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, &k) in self.moving.iter().enumerate() {
@@ -181,7 +180,7 @@ impl<'a> Prepared<'a> {
         self.problem.shape.size()
     }
 
-    /// The coefficients of every coordinate.
+    /// The unscaled coefficients of every coordinate; a locked one has its position.
     pub fn joints(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let m = self.m();
         let rest = |l: &CoordinateLimits| [&[l.locked.unwrap_or(0.0)][..], &vec![0.0; m - 1]].concat();
@@ -198,7 +197,7 @@ impl<'a> Prepared<'a> {
         all.zip(&self.scale).map(|(x, s)| x / s).collect()
     }
 
-    /// The positions of all coordinates of the motion x, by a row of the basis.
+    /// The positions of all coordinates of the motion x, for a row of the basis.
     pub(super) fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
         let m = self.m();
         let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
@@ -209,44 +208,45 @@ impl<'a> Prepared<'a> {
         q
     }
 
-    /// The least room between bodies above its bound, m, with its gap, where any come near.
+    /// The least distance between bodies above its bound, m, with its gap; `None` where no bodies are near.
     pub fn nearest(&self, seen: &Seen, x: &[f64]) -> Option<(f64, usize)> {
         self.space.as_ref()?.nearest(seen, &|row| self.positions(x, row))
     }
 
-    /// Whether such a room is enough to begin a descent with.
+    /// Whether such a distance is sufficient at the start of a descent.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         self.space.as_ref().is_none_or(|space| space.is_inside(nearest))
     }
 
-    /// The least room at the centre of the motion alone.
+    /// The least distance above its bound at the centre of the motion alone, m, with its gap.
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut None, &mut nearest);
         nearest
     }
 
-    /// Adds a slope along a row of the basis to the gradient along the coefficients of the j-th moving coordinate.
+    /// Adds a derivative along a row of the basis to the gradient by the coefficients of the j-th moving coordinate.
     pub(super) fn add_slope(&self, j: usize, row: &[f64], slope: f64, gradient: &mut [f64]) {
         let m = self.m();
         let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&self.scale[j * m..]);
         place.for_each(|((g, b), s)| *g += slope * b * s);
     }
 
-    /// The greatest torque or power of the motion x over its bound, with its coordinate and limit, where there are bounds.
+    /// The greatest ratio of a torque or power of the motion x to its bound, with its coordinate and limit, where there are
+    /// bounds.
     pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
         let (states, rigid) = self.states_and_torques(x);
         wall.greatest(self.problem.limits, &states, &rigid)
     }
 
-    /// J of the rows of motions, together with what is known; `None` where they have not full rank.
-    pub(super) fn criterion_of_rows(&self, rows: Vec<JointRows>) -> Option<Criterion> {
+    /// J of the rows of motions and of the prior information; `None` where they lack full rank.
+    pub(super) fn criterion_of_rows(&self, rows: Vec<CriterionRows>) -> Option<Criterion> {
         criterion(self.problem.aim, rows, &self.prior, self.p, self.problem.samples, self.threads)
     }
 }
 
-/// The rows of what is known in the columns that count, scaled to as many samples as there are instants.
+/// The rows of prior information in the included columns, scaled to the number of samples.
 fn known_rows(problem: &Problem) -> Vec<f64> {
     let factor = (problem.samples as f64).sqrt();
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));

@@ -1,36 +1,34 @@
-//! The proof that a motion keeps its limits between the samples too, or where it does not.
+//! The proof that a motion keeps its limits, also between the samples, or the time at which it does not.
 //!
-//! For each stretch of the motion and each limit the range of the limited quantity is found by subdivision of an
-//! enclosure ([`numerics::range`]). Position to jerk have the enclosures of the motion
-//! ([`crate::excitation::enclosure`]). The torque has the second-order enclosure of the torque function
-//! along the motion ([`numerics::jet`]), with the described friction: tau = Y X + FV dq + OFF, and FS on either
-//! side. The power of a drive has the same enclosure, of tau dq + FS |dq|. The proof follows from the motion, the
-//! limits and the description alone.
+//! For each segment of the motion and each limit the range of the limited quantity is found by subdivision of an enclosure
+//! ([`numerics::range`]). Position to jerk have the enclosures of the motion ([`crate::excitation::enclosure`]). The torque has
+//! the second-order enclosure of the torque function along the motion ([`numerics::jet`]), with the nominal friction: tau = Y X +
+//! FV dq + OFF, and FS in both directions. The power of a drive has the same enclosure, of tau dq + FS |dq|. The proof follows
+//! from the motion, the limits and the description alone.
 //!
-//! Not here: bodies and their distances ([`crate::excitation::gap_proof`]); torques that the description
-//! does not tell.
+//! Not here: bodies and their distances ([`crate::excitation::gap_proof`]); torques that the description does not determine.
 
 use std::fmt;
 
 use numerics::interruption::Interruption;
 use numerics::interval::Interval;
-use numerics::range::{Enclosed, Extreme, Range, Sought, Subdivision, ranges};
+use numerics::range::{Enclosed, Extreme, Range, RangeGoal, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::course::{Course, Stretch};
-pub use crate::excitation::described_torque::{DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque};
-use crate::excitation::enclosed_drives::{Drives, drives_on, dry, limited_drives};
+use crate::excitation::enclosed_drives::{DriveEnclosure, drives_on, dry, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
+pub use crate::excitation::nominal_torque::{DescribedTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
 /// Whether a limit is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kept {
-    /// Nowhere broken.
+pub enum LimitProof {
+    /// Not violated anywhere.
     Proven,
-    /// Broken at the time given.
+    /// Violated at the given time.
     Violated,
-    /// Not seen to be broken, and not proved to be kept.
+    /// No violation found, and no proof.
     Open,
 }
 
@@ -42,19 +40,19 @@ pub struct CertificateRow {
     pub limit: LimitKind,
     /// Name of the coordinate; or `forearm and base`, `forearm at the floor`.
     pub subject: String,
-    /// Time after the start, s. In a repeated period it is that of the first repetition.
+    /// Time after the start, s. In a repeated period it is the time in the first repetition.
     pub time_s: f64,
-    /// The value at that time, which is nearest to the bound or farthest beyond it.
+    /// The value at that time: the nearest to the bound, or the farthest beyond it.
     pub value: f64,
-    /// The limit itself, in the unit of the value; of a distance with its margin.
+    /// The bound, in the unit of the value; of a distance with its margin.
     pub bound: f64,
-    /// What of the bound of a distance is there for errors of joints and bodies, m.
+    /// Share of the bound of a distance for errors of joints and bodies, m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub margin: f64,
-    /// A proved bound: the value is nowhere beyond it.
+    /// A proved bound of the value.
     pub nowhere_beyond: f64,
-    /// Whether the limit is kept, and how that is known.
-    pub kept: Kept,
+    /// Whether the limit is kept.
+    pub kept: LimitProof,
     /// The proof in words.
     pub how: String,
 }
@@ -64,10 +62,10 @@ fn is_zero(x: &f64) -> bool {
 }
 
 impl CertificateRow {
-    /// Room between what is reached and the bound; negative where the limit is broken.
+    /// Distance between the value and the bound; negative where the limit is violated.
     pub fn room(&self) -> f64 {
         let distance = (self.bound - self.value).abs();
-        if self.kept == Kept::Violated { -distance } else { distance }
+        if self.kept == LimitProof::Violated { -distance } else { distance }
     }
 }
 
@@ -77,25 +75,25 @@ impl fmt::Display for CertificateRow {
     }
 }
 
-/// How near a proof of a kinematic limit comes to what is reached, relative to the size of the limit.
+/// Distance between the proved bound and the value of a kinematic limit, relative to the width of the limit.
 pub const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
-/// The same for torques, whose enclosures are wider.
+/// Distance between the proved bound and the value of a torque or power, relative to its limit; its enclosures are wider.
 const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
-/// Most enclosures of a stretch, for a kinematic limit.
+/// Enclosures of a segment for kinematic limits, at most.
 const KINEMATIC_ENCLOSURES: usize = 50_000;
-/// The same for the exact range of torques.
+/// Enclosures of a segment for the exact range of torques, at most.
 const TORQUE_ENCLOSURES: usize = 20_000;
-/// The same before that, where all that is sought is whether torques keep their limits: the enclosures of many joints are
-/// wide, and their exact ranges take too many.
+/// Enclosures of a segment before that, at most, for the proof of the torque limits alone: the enclosures of many joints are
+/// wide, and their exact ranges need too many.
 const TORQUE_ENCLOSURES_WITHIN_LIMITS: usize = 100_000;
 
-/// The rows of the kinematic limits, coordinate by coordinate; a limit without end has none.
-pub fn prove_motion(course: &dyn Course, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
+/// The rows of the kinematic limits, coordinate by coordinate; an infinite limit has no row.
+pub fn prove_motion(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
-    let sought: Vec<Sought> = limits
+    let sought: Vec<RangeGoal> = limits
         .iter()
-        .flat_map(|l| LimitKind::KINEMATIC.map(|kind| Sought::to(KINEMATIC_PROOF_TOLERANCE * size(l, kind))))
+        .flat_map(|l| LimitKind::KINEMATIC.map(|kind| RangeGoal::to(KINEMATIC_PROOF_TOLERANCE * size(l, kind))))
         .collect();
     let stretches = over_stretches(course, (KINEMATIC_ENCLOSURES, 0), &sought, |i, part: Interval| {
         let on = |part| enclosed.on(i, part).iter().flat_map(|x| x[..4].to_vec()).collect();
@@ -113,21 +111,21 @@ pub fn prove_motion(course: &dyn Course, limits: &[CoordinateLimits], names: &[S
     rows
 }
 
-/// Nothing is reached, and nothing proven.
+/// The range of a segment that was not evaluated.
 const UNKNOWN: Range = Range {
     least: Extreme { reached: f64::INFINITY, time: 0.0, proved: f64::NEG_INFINITY },
     greatest: Extreme { reached: f64::NEG_INFINITY, time: 0.0, proved: f64::INFINITY },
 };
 
-/// The ranges over each stretch of a course of what `enclose` encloses on a part of it, by so many enclosures, and so many
-/// before them.
+/// The ranges over each segment of a trajectory of the quantities that `enclose` encloses on an interval of it, by at most
+/// `enclosures`, after `enclosures_within` for the limits alone.
 fn over_stretches(
-    course: &dyn Course,
+    course: &dyn Trajectory,
     (enclosures, enclosures_within): (usize, usize),
-    sought: &[Sought],
+    sought: &[RangeGoal],
     enclose: impl Fn(usize, Interval) -> Enclosed + Sync,
-) -> Vec<(Stretch, Vec<Range>)> {
-    let one = |(i, stretch): (usize, Stretch)| {
+) -> Vec<(TrajectorySegment, Vec<Range>)> {
+    let one = |(i, stretch): (usize, TrajectorySegment)| {
         if Interruption::check().is_err() {
             return (stretch, vec![UNKNOWN; sought.len()]);
         }
@@ -139,10 +137,10 @@ fn over_stretches(
 
 /// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
 ///
-/// With a payload that may be there each row is the worse of two: torques are linear in the payload's mass, so that any part of
-/// it gives less.
+/// With a possible payload each row is the worse of two: torques are linear in the payload's mass, so a smaller mass gives values
+/// between them.
 pub fn prove_torque(
-    course: &dyn Course,
+    course: &dyn Trajectory,
     limits: &[CoordinateLimits],
     names: &[String],
     described: &DescribedTorque,
@@ -161,17 +159,17 @@ pub fn prove_torque(
     without.into_iter().zip(with).map(worse).collect()
 }
 
-/// Violated before open before proven.
+/// Order of rows: violated, unproven, proven.
 fn rank(row: &CertificateRow) -> u8 {
     match row.kept {
-        Kept::Violated => 0,
-        Kept::Open => 1,
-        Kept::Proven => 2,
+        LimitProof::Violated => 0,
+        LimitProof::Open => 1,
+        LimitProof::Proven => 2,
     }
 }
 
 fn prove_torque_of(
-    course: &dyn Course,
+    course: &dyn Trajectory,
     limits: &[CoordinateLimits],
     names: &[String],
     described: &DescribedTorque,
@@ -181,15 +179,16 @@ fn prove_torque_of(
     if limited.is_empty() {
         return vec![];
     }
-    let sought = |&(.., bound): &(usize, LimitKind, f64)| Sought {
+    // Subdivision ends at this tolerance, or earlier where the bound is proved.
+    let sought = |&(.., bound): &(usize, LimitKind, f64)| RangeGoal {
         tolerance: TORQUE_PROOF_TOLERANCE * bound.abs(),
         enough: bound,
     };
-    let sought: Vec<Sought> = limited.iter().map(sought).collect();
+    let sought: Vec<RangeGoal> = limited.iter().map(sought).collect();
     let enclosures = (TORQUE_ENCLOSURES, TORQUE_ENCLOSURES_WITHIN_LIMITS);
     let stretches = over_stretches(course, enclosures, &sought, |i, part| {
         let (over, middle) = drives_on(enclosed.as_ref(), i, part, described);
-        let of = |all: Drives| -> Vec<Interval> {
+        let of = |all: DriveEnclosure| -> Vec<Interval> {
             let one = |&(k, kind, _): &(usize, LimitKind, f64)| match kind {
                 LimitKind::Power => all[k].1,
                 _ => all[k].0,
@@ -198,27 +197,27 @@ fn prove_torque_of(
         };
         Enclosed { over: of(over), middle: of(middle) }
     });
+    // The limit of a drive is symmetric.
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
         let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
-            LimitKind::Power => "Taylor enclosures of the described torque times velocity, with dry friction".into(),
-            _ => format!(
-                "Taylor enclosures of the described torque; {} N m of dry friction kept free",
-                dry(described, k)
-            ),
+            LimitKind::Power => "Taylor enclosures of the nominal torque times velocity, with dry friction".into(),
+            _ => {
+                format!("Taylor enclosures of the nominal torque; {} N m of dry friction kept free", dry(described, k))
+            }
         };
         row(kind, &names[k], (-bound, bound), found, |_| how.clone())
     };
     limited.iter().enumerate().filter_map(one).collect()
 }
 
-/// The row of a limit from the ranges over the stretches: the end with the least room.
+/// The row of a limit from the ranges over the segments: the end with the least distance to its bound.
 fn row(
     limit: LimitKind,
     subject: &str,
     (low, high): (f64, f64),
-    found: impl Iterator<Item = (Stretch, Range)>,
-    how: impl Fn(Stretch) -> String,
+    found: impl Iterator<Item = (TrajectorySegment, Range)>,
+    how: impl Fn(TrajectorySegment) -> String,
 ) -> Option<CertificateRow> {
     let rows = found.flat_map(|(stretch, range)| {
         let ends = [(low, range.least, -1.0), (high, range.greatest, 1.0)];
@@ -232,14 +231,14 @@ fn row(
             margin: 0.0,
             nowhere_beyond: end.proved,
             kept: match (sign * (end.proved - bound) <= 0.0, sign * (end.reached - bound) > 0.0) {
-                (true, _) => Kept::Proven,
-                (false, true) => Kept::Violated,
-                (false, false) => Kept::Open,
+                (true, _) => LimitProof::Proven,
+                (false, true) => LimitProof::Violated,
+                (false, false) => LimitProof::Open,
             },
             how: how.clone(),
         })
     });
-    // By rank, then by room; the first of equals.
+    // By rank, then by distance to the bound; the first of equal rows.
     rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
 }
 
@@ -252,7 +251,7 @@ pub(crate) mod tests {
     use crate::excitation::motion::tests::motions;
     use crate::excitation::search;
 
-    /// The greatest size of each quantity of each coordinate, from dense samples.
+    /// The range of each quantity of each coordinate, from dense samples.
     fn sampled(motion: &Motion) -> Vec<[(f64, f64); 4]> {
         let mut found = vec![[(f64::INFINITY, f64::NEG_INFINITY); 4]; motion.joints.len()];
         for i in 0..=200_000 {
@@ -276,17 +275,17 @@ pub(crate) mod tests {
         let names = ["q1".to_string(), "q2".to_string()];
         for motion in motions() {
             let found = sampled(&motion);
-            // Samples 5e-5 s apart miss a peak by less than 1e-6 of its size; the jerk at its jumps by 1e-4.
+            // Samples 5e-5 s apart miss a peak by less than 1e-6 of its value; the jerk at its jumps by 1e-4.
             let rows = prove_motion(&motion, &limits(&found, 1.001), &names);
             assert_eq!(rows.len(), 8);
-            assert!(rows.iter().all(|r| r.kept == Kept::Proven && r.room() > 0.0), "{rows:?}");
+            assert!(rows.iter().all(|r| r.kept == LimitProof::Proven && r.room() > 0.0), "{rows:?}");
             let rows = prove_motion(&motion, &limits(&found, 0.999), &names);
             for row in rows {
-                assert!(row.kept == Kept::Violated && row.room() < 0.0, "{row:?}");
+                assert!(row.kept == LimitProof::Violated && row.room() < 0.0, "{row:?}");
                 let joint = names.iter().position(|n| *n == row.subject).unwrap();
                 let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
                 let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
-                // At an instant where the jerk jumps, on the side of its piece.
+                // At an instant where the jerk jumps, the value of the segment.
                 assert!(near(row.time_s) || near(row.time_s - 1e-9) || near(row.time_s + 1e-9), "{row:?}");
             }
         }
@@ -305,7 +304,7 @@ pub(crate) mod tests {
     #[test]
     fn proofs_of_torque_and_power_are_sharp() {
         let names = ["q1".to_string(), "q2".to_string()];
-        let friction = DescribedFriction { viscous: 0.7, coulomb: 0.4, offset: -0.2 };
+        let friction = NominalFriction { viscous: 0.7, coulomb: 0.4, offset: -0.2 };
         let described = DescribedTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8, loaded: None };
         for motion in motions() {
             let drive = |x: [f64; 4]| {
@@ -318,11 +317,11 @@ pub(crate) mod tests {
                     (0..2).for_each(|d| greatest[d] = greatest[d].max(drive(x)[d]));
                 }
             }
-            // A proof stops within a thousandth of what is reached.
-            for (factor, kept) in [(1.002, Kept::Proven), (0.998, Kept::Violated)] {
+            // A proof stops within a thousandth of the value.
+            for (factor, kept) in [(1.002, LimitProof::Proven), (0.998, LimitProof::Violated)] {
                 let mut limits = limits(&sampled(&motion), 1.0);
                 for (limits, [effort, power]) in limits.iter_mut().zip(greatest) {
-                    // Of the effort only what dry friction leaves free is used.
+                    // Only the effort minus the dry friction is used.
                     limits.effort = Some((0.4 + factor * (effort - 0.4)) / 0.8);
                     limits.power = Some(factor * power / 0.8);
                 }
@@ -334,19 +333,19 @@ pub(crate) mod tests {
                     let place = usize::from(row.limit == LimitKind::Power);
                     let there = drive(motion.at(row.time_s)[joint])[place];
                     let free = if place == 0 { 0.4 } else { 0.0 };
-                    // Of a size of hundreds, at a time that is rounded.
+                    // Values of hundreds, at a rounded time.
                     assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
                 }
             }
         }
     }
 
-    /// The spring, enclosed as widely as the torques of many joints are.
-    struct Loose;
+    /// The spring, with enclosures as wide as the enclosures of many joints.
+    struct WideEnclosure;
 
-    impl EnclosedTorque for Loose {
+    impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // Nothing is wide at an instant. Exact ranges take more than the 20 000 enclosures, limits with room less than 100 000.
+            // Nothing is wide at an instant. Exact ranges take more than the 20 000 enclosures, loose limits less than 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()
@@ -357,8 +356,8 @@ pub(crate) mod tests {
     fn what_has_room_needs_no_exact_range() {
         let names = ["q1".to_string(), "q2".to_string()];
         let with = |torque, friction| DescribedTorque { torque, friction, share: 1.0, loaded: None };
-        let friction = vec![DescribedFriction::default(); 2];
-        let (sharp, loose) = (with(&Spring, friction.clone()), with(&Loose, friction));
+        let friction = vec![NominalFriction::default(); 2];
+        let (sharp, loose) = (with(&Spring, friction.clone()), with(&WideEnclosure, friction));
         let motion = &motions()[0];
         let mut limits = limits(&sampled(motion), 1.0);
         limits.iter_mut().for_each(|l| (l.effort, l.power) = (Some(1e4), None));
@@ -370,11 +369,11 @@ pub(crate) mod tests {
             prove_torque(motion, &limits, &names, &loose)
         };
         for (row, reached) in of(1.5).iter().zip(&reached) {
-            assert_eq!(row.kept, Kept::Proven, "{row:?}");
-            // It is the second way that proves it, not the exact range.
+            assert_eq!(row.kept, LimitProof::Proven, "{row:?}");
+            // The proof of the limits succeeds, not the exact range.
             assert!(row.nowhere_beyond.abs() > 1.01 * reached, "{row:?} {reached}");
         }
-        assert!(of(1.0 + 1e-9).iter().all(|row| row.kept != Kept::Proven));
-        assert!(of(0.999).iter().all(|row| row.kept == Kept::Violated));
+        assert!(of(1.0 + 1e-9).iter().all(|row| row.kept != LimitProof::Proven));
+        assert!(of(0.999).iter().all(|row| row.kept == LimitProof::Violated));
     }
 }

@@ -10,12 +10,12 @@
 /// Degree of the polynomials between knots.
 pub(crate) const SPLINE_DEGREE: usize = 5;
 
-/// The splines that a motion may be.
+/// The spline of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuinticSpline {
-    /// T, s from rest to rest.
+    /// Time T from rest to rest, s.
     pub period: f64,
-    /// K.
+    /// Number of spans K.
     pub spans: usize,
 }
 
@@ -34,7 +34,7 @@ impl QuinticSpline {
         let rate = self.spans as f64 / self.period;
         let u = (t * rate).clamp(0.0, self.spans as f64);
         let span = (u as usize).min(self.spans.saturating_sub(1));
-        // The functions that are not zero on the span, degree by degree: the last k raises are derivatives.
+        // The functions that are not zero on the span, degree by degree: the last k steps differentiate.
         let mut values = vec![1.0];
         for degree in 1..=SPLINE_DEGREE {
             let mut raised = vec![0.0; degree + 1];
@@ -53,7 +53,7 @@ impl QuinticSpline {
         let mut row = vec![0.0; self.spans];
         row[0] = f64::from(u8::from(k == 0));
         for (j, value) in values.into_iter().enumerate() {
-            // The first three and the last three control points are the pose itself.
+            // The first three and the last three control points are the centre.
             if let Some(place) = (span + j).checked_sub(2).filter(|i| (1..self.spans).contains(i)) {
                 row[place] = value;
             }
@@ -61,8 +61,8 @@ impl QuinticSpline {
         row
     }
 
-    /// Unit of a control point, rad (m): half the room, or the way of a span at the greatest velocity where that is
-    /// less.
+    /// Unit of a control point, rad (m): half the position range, or the distance of a span at the greatest velocity where that
+    /// is less.
     pub fn unit(&self, half_room: f64, velocity: f64) -> f64 {
         half_room.min(velocity * self.period / self.spans as f64)
     }

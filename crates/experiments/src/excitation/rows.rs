@@ -1,34 +1,34 @@
-//! The regressor, the torques and the rows of W at the instants of a motion, and the way back from their slopes to the states.
+//! The regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
 //!
-//! From the coefficients x to the states s = (q, dq, ddq), rad (m) and their rates, at each instant. From these to the torques
-//! tau = Y X, N m (N), at all instants, and to the rows W = [Y, friction] / noise at those of a period. And back, from slopes
-//! of L along tau and W:
+//! Forward: from the coefficients x to the states s = (q, dq, ddq), rad (m) and derivatives, at each instant; from these to the
+//! torques tau = Y X, N m (N), at all instants, and to the rows W = [Y, friction] / noise at the instants of a period. Backward,
+//! from the derivatives of L by tau and W:
 //!
 //! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
 //!
-//! What belongs to some states goes from one step to the next while it is in the cache: the whole regressor of a chain of
-//! thirty joints at all instants takes more memory than any cache has.
+//! The data of a group of states pass through all steps while they are in the cache: the whole regressor of a chain of thirty
+//! joints at all instants exceeds every cache.
 
 use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
-use crate::excitation::criterion::JointRows;
+use crate::excitation::criterion::CriterionRows;
 use crate::excitation::problem::Prepared;
-use crate::excitation::torque_wall::HeldDrive;
+use crate::excitation::torque_barrier::EnforcedDrive;
 use linear_model::friction::terms::columns_of;
 use processor::in_parallel;
 
-/// States whose functions are computed side by side, and whose slopes are.
+/// States whose functions and derivatives are computed in SIMD lanes.
 const STATES_PER_GROUP: usize = 8;
 
 /// The rows of W at the instants of a period.
-pub(super) struct Rows {
-    /// By moving coordinate.
-    pub(super) of_joints: Vec<JointRows>,
-    /// By moving coordinate: the columns of its friction and their slopes, instant after instant.
+pub(super) struct RegressorRows {
+    /// Rows by moving coordinate.
+    pub(super) of_joints: Vec<CriterionRows>,
+    /// By moving coordinate: the columns of its friction with their derivatives, instant after instant.
     pub(super) friction: Vec<Vec<[f64; 3]>>,
 }
 
 impl Prepared<'_> {
-    /// Entries of the regressor of one state.
+    /// Number of entries of the regressor of one state.
     fn entries(&self) -> usize {
         self.problem.limits.len() * self.problem.regressor.parameters().len()
     }
@@ -40,7 +40,8 @@ impl Prepared<'_> {
         states
     }
 
-    /// Coefficient by coefficient those of all moving coordinates, of which the processor takes several at once.
+    /// The unscaled coefficients ordered by coefficient, then by moving coordinate, so that the processor takes several
+    /// coordinates at once.
     fn by_coefficient(&self, x: &[f64]) -> Vec<f64> {
         let (m, moving) = (self.problem.shape.size(), self.moving().len());
         let scaled: Vec<f64> = x.iter().zip(self.scale()).map(|(x, scale)| x * scale).collect();
@@ -64,7 +65,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// The states of the motion x at its instants, and the torques of each coordinate; zeros without a wall of torques.
+    /// The states of the motion x at its instants, and the torques of each coordinate, N m (N); zeros without a torque barrier.
     pub(super) fn states_and_torques(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (width, n) = (self.state_width(), self.problem.limits.len());
         let coefficients = self.by_coefficient(x);
@@ -81,7 +82,7 @@ impl Prepared<'_> {
         (states, rigid)
     }
 
-    /// The torques at these states, one after the other; zeros without a wall of torques.
+    /// The torques at these states, one after the other, N m (N); zeros without a torque barrier.
     pub(super) fn rigid_torques(&self, states: &[f64]) -> Vec<f64> {
         let mut rigid = vec![0.0; states.len() / self.state_width() * self.problem.limits.len()];
         if let Some(torques) = &self.torques {
@@ -90,7 +91,7 @@ impl Prepared<'_> {
         rigid
     }
 
-    /// From slopes along the torques of each coordinate at these states to those along the states.
+    /// Derivatives by the states from derivatives by the torques of each coordinate (reverse mode).
     pub(super) fn torques_pulled_back(&self, states: &[f64], weights: &[f64]) -> Vec<f64> {
         let mut through = vec![0.0; states.len()];
         let Some(torques) = &self.torques else { return through };
@@ -112,18 +113,18 @@ impl Prepared<'_> {
         let parts = states.chunks(count * width).zip(y.chunks_mut((count * entries).max(1)));
         let are_finite = in_parallel(parts.collect(), self.threads, |(states, y): (&[f64], &mut [f64])| {
             self.problem.regressor.fill_many(states, y);
-            // All of them, because a loop that may end at each takes one at a time.
+            // Without an early exit, so that the loop is vectorised.
             y.iter().fold(true, |are_finite, y| are_finite & y.is_finite())
         });
         are_finite.into_iter().all(|is_finite| is_finite).then_some(y)
     }
 
     /// The rows of W of each moving coordinate at the instants of a period.
-    pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> Rows {
+    pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> RegressorRows {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
         let of_joint = |(base, &i): (&Vec<(usize, usize)>, &usize)| {
-            let mut rows = JointRows::new(base.iter().chain(&self.own[i]).map(|(_, at)| *at).collect());
+            let mut rows = CriterionRows::new(base.iter().chain(&self.own[i]).map(|(_, at)| *at).collect());
             let columns = columns_of(problem.friction, i);
             let mut friction = vec![[0.0; 3]; columns * problem.samples];
             let turn = SIGN_TURN_SHARE * problem.limits[i].reachable_velocity();
@@ -138,18 +139,18 @@ impl Prepared<'_> {
         };
         let joints: Vec<(&Vec<(usize, usize)>, &usize)> = self.base.iter().zip(self.moving()).collect();
         let (of_joints, friction) = in_parallel(joints, self.threads, of_joint).into_iter().unzip();
-        Rows { of_joints, friction }
+        RegressorRows { of_joints, friction }
     }
 
-    /// J of a motion; `None` where its rows have not full rank.
+    /// J of a motion; `None` where its rows lack full rank.
     pub(crate) fn criterion(&self, x: &[f64]) -> Option<f64> {
         let (states, _) = self.states_and_torques(x);
-        let Rows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
+        let RegressorRows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
         Some(self.criterion_of_rows(of_joints)?.value)
     }
 
-    /// From slopes along the entries of the rows to those along the states of a period.
-    pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &Rows) -> Vec<f64> {
+    /// Derivatives by the states of a period from derivatives by the entries of the rows (reverse mode).
+    pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &RegressorRows) -> Vec<f64> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
         let mut through = vec![0.0; states.len()];
@@ -170,8 +171,8 @@ impl Prepared<'_> {
         through
     }
 
-    /// Adds the slopes of the rows to those along the entries of Y, from the state of number `first` on.
-    fn add_row_slopes(&self, rows: &Rows, first: usize, weights: &mut [f64]) {
+    /// Adds the derivatives by the rows to the derivatives by the entries of Y, from state number `first` on.
+    fn add_row_slopes(&self, rows: &RegressorRows, first: usize, weights: &mut [f64]) {
         let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
         for ((joint, &i), base) in rows.of_joints.iter().zip(self.moving()).zip(&self.base) {
             for (&(c, _), slopes) in base.iter().zip(joint.slopes(first).into_iter().flatten()) {
@@ -181,8 +182,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// Adds what the columns of friction add to the slopes along these states.
-    fn add_friction_slopes(&self, rows: &Rows, first: usize, through: &mut [f64]) {
+    /// Adds the contribution of the friction columns to the derivatives by these states.
+    fn add_friction_slopes(&self, rows: &RegressorRows, first: usize, through: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, (joint, &i)) in rows.of_joints.iter().zip(self.moving()).enumerate() {
             let columns = columns_of(self.problem.friction, i);
@@ -197,8 +198,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// The slopes of torques and powers along the coefficients, one after the other.
-    pub(super) fn drive_slopes(&self, states: &[f64], held: &[HeldDrive]) -> Vec<f64> {
+    /// The gradients of torques and powers by the coefficients, one after the other.
+    pub(super) fn drive_slopes(&self, states: &[f64], held: &[EnforcedDrive]) -> Vec<f64> {
         let (n, width) = (self.problem.limits.len(), self.state_width());
         let at: Vec<f64> = held.iter().flat_map(|held| &states[held.instant * width..][..width]).copied().collect();
         let mut weights = vec![0.0; held.len() * n];
@@ -218,12 +219,12 @@ impl Prepared<'_> {
         &states[..states.len().min(self.problem.samples * self.state_width())]
     }
 
-    /// Numbers of a state: q, dq and ddq.
+    /// Number of values of a state: q, dq and ddq.
     fn state_width(&self) -> usize {
         3 * self.problem.limits.len()
     }
 
-    /// Whole groups of those that are computed side by side.
+    /// States per thread, a multiple of the group size.
     fn states_of_a_thread(&self, states: &[f64]) -> usize {
         let count = states.len() / self.state_width().max(1);
         count.div_ceil(self.threads.max(1)).max(1).next_multiple_of(STATES_PER_GROUP)

@@ -1,30 +1,30 @@
-//! Torques and powers at instants, before they are proved.
+//! Torques and powers at instants, before a proof.
 //!
-//! A motion that is beyond a limit at an instant needs no proof to be made smaller. A proof of thirty joints takes twenty
-//! seconds, and a look at the instants one.
+//! A motion that exceeds a limit at an instant is scaled down without a proof. A proof of thirty joints takes twenty seconds, an
+//! evaluation at the instants one.
 
-use crate::excitation::course::Course;
-use crate::excitation::described_torque::DescribedTorque;
 use crate::excitation::enclosed_drives::{drives_at, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::nominal_torque::DescribedTorque;
+use crate::excitation::trajectory::Trajectory;
 
-/// Instants of each first part of a proof.
-const SAMPLES_PER_PART: usize = 4;
+/// Instants of each initial interval of a proof.
+const SAMPLES_PER_INTERVAL: usize = 4;
 
-/// The greatest torque or power over what may be used of its limit, at instants: what a proof finds is at least that.
-pub fn sampled_excess(course: &dyn Course, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
+/// The greatest ratio of a torque or power to its usable limit, at instants: a lower bound of the ratio that a proof finds.
+pub fn sampled_excess(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
     let loaded = described.with_payload().map_or(0.0, |loaded| excess_of(course, limits, &loaded));
     loaded.max(excess_of(course, limits, described))
 }
 
-fn excess_of(course: &dyn Course, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
+fn excess_of(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
     let (enclosed, limited) = (course.enclosed(), limited_drives(limits, described));
     let mut greatest = 0.0_f64;
     if limited.is_empty() {
         return greatest;
     }
     for (i, stretch) in course.stretches().into_iter().enumerate() {
-        let count = SAMPLES_PER_PART * stretch.parts.max(1);
+        let count = SAMPLES_PER_INTERVAL * stretch.parts.max(1);
         for sample in 0..=count {
             let time = stretch.length * (sample as f64 / count as f64);
             let all = drives_at(enclosed.as_ref(), i, time, described);

@@ -1,16 +1,15 @@
-//! Many starts, each descended to the wall of the limits.
+//! Many starts, each with a descent within the barriers of the limits.
 //!
-//! A start draws a spectrum for each joint (for a spline, of its control points). It scales the spectrum into the
-//! limits, which some scale always allows, and puts its centre where there is room. Its walls are then lowered in
-//! steps, with a descent at each ([`crate::excitation::descent`]). Limits between the samples are settled
-//! after it ([`crate::excitation::fitting`]).
+//! A start draws a spectrum for each joint (for a spline, of its control points). It scales the spectrum into the limits, which
+//! is always possible, and places its centre where the limits allow. The weight of its barriers is then lowered in steps, with a
+//! descent at each ([`crate::excitation::descent`]). Limits between the samples are enforced afterwards
+//! ([`crate::excitation::fitting`]).
 //!
-//! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew.
-//! Good motions lie near one another, so the best of as many starts is better that way (docs/benchmarks.md).
-//! A start that is behind the best half way down is left there.
+//! A third of the starts draws every joint. The others take the best motion so far and redraw two of its joints. Good motions are
+//! near one another, so the best of the same number of starts is better (docs/benchmarks.md). A start that is worse than the best
+//! at half of the weights ends there.
 //!
-//! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
-//! threads.
+//! A start depends only on the seed, its number and the rounds before it, so the result is independent of the number of threads.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -20,107 +19,116 @@ use numerics::interruption::Interruption;
 use random::Random;
 
 use crate::excitation::descent::descend;
+use crate::excitation::distance_barrier::Seen;
 use crate::excitation::limits::LimitKind;
-use crate::excitation::motion::Shape;
+use crate::excitation::motion::MotionShape;
 use crate::excitation::no_motion::{NoMotion, too_small};
 use crate::excitation::problem::{Prepared, Problem};
-use crate::excitation::space_wall::Seen;
-use crate::excitation::walled::{RETURN_HEIGHT, Walled};
 use crate::excitation::watched::Watched;
+use crate::excitation::with_barriers::{RETURN_HEIGHT, WithBarriers};
 use processor::in_parallel;
 
-/// How much is searched.
+/// The limits of the search.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchOptions {
-    /// Starting points of the search.
+    /// Number of starts.
     pub starts: usize,
-    /// Most iterations at each height of the walls.
+    /// Greatest number of iterations at each weight of the barriers.
     pub iterations: usize,
-    /// Seed of the starting points.
+    /// Seed of the starts.
     pub seed: u64,
-    /// Threads that share the starts; the result does not depend on them.
+    /// Threads that share the starts; the result is independent of them.
     pub threads: usize,
 }
 
-/// One start, done.
+/// The result of one start.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct StartResult {
     /// Its number.
     pub start: usize,
-    /// By coordinate: its coefficients.
+    /// Coefficients of each coordinate.
     pub joints: Vec<Vec<f64>>,
     /// J.
     pub criterion: f64,
-    /// The least room of a kinematic limit over half its width, with its coordinate and limit.
+    /// The least distance to a kinematic limit over half its width, with its coordinate and limit.
     pub room: (f64, usize, LimitKind),
-    /// The greatest torque or power over its bound with its coordinate and limit, where there are any.
+    /// The greatest ratio of a torque or power to its bound, with its coordinate and limit, where there are any.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The least room between bodies above its bound, m, with its gap, where any come near.
+    /// The least distance between bodies above its bound, m, with its gap; `None` where no bodies are near.
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Heights of the walls. At the last one they cost the determinant less than a thousandth a limit. A start from a good
-/// motion begins at the second.
-const WALL_HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_WALL_HEIGHT];
-/// The last of [`WALL_HEIGHTS`].
-const LAST_WALL_HEIGHT: f64 = 5e-5;
-/// Gain of a step as a share of 1 + |J|, at the last height and at the ones before. Three smaller gains in turn end a
-/// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
-/// a third more time (five seeds on UR5 and Panda).
+/// Weights of the barriers. The last one costs less than a thousandth of the determinant a limit. A start from a good motion
+/// begins at the second.
+const BARRIER_WEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_BARRIER_WEIGHT];
+/// The last weight of [`BARRIER_WEIGHTS`].
+const LAST_BARRIER_WEIGHT: f64 = 5e-5;
+/// Least decrease of a step as a share of 1 + |J|, at the last weight and at the weights before. Three smaller decreases in
+/// sequence end a descent; the remaining decrease follows at the next weight. 1e-7 at all weights gives motions that are 0.3 %
+/// better, in a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
-/// Iterations after which peaks of torque between the instants are looked for again, where torques are near their bounds.
-const ITERATIONS_BETWEEN_LOOKS: usize = 25;
-/// The same where one is beyond its bound.
-const ITERATIONS_BEYOND: usize = 10;
-/// What bounds are times at least where a torque is far beyond its own.
-const MUCH_RELIEF: f64 = 1.01;
-/// Looks at high walls that are there for torques to come back within their bounds.
-const MAX_RETURNING_LOOKS: usize = 12;
-/// With more joints that move, a start takes half of its iterations at the heights above [`SIFTED_HEIGHT`]: an iteration
-/// costs much, and what is left at one height is won at the next.
-const FEW_JOINTS: usize = 8;
-/// Gain of a step as a share of 1 + |J| that ends a descent among bodies at those heights, where it takes a third of its iterations
-/// at the first and half at the others: two thirds of the evaluations. The best of twelve starts tells as much on the Panda (four
-/// seeds) and 2 % less on the xarm7 (two); a robot of seven joints without bodies would lose 1 %, and takes them all.
+/// Iterations between two searches for torque peaks between the instants, where torques are near their bounds.
+const ITERATIONS_PER_PEAK_SEARCH: usize = 25;
+/// Iterations between two such searches where a torque exceeds its bound.
+const ITERATIONS_PER_PEAK_SEARCH_BEYOND: usize = 10;
+/// Factor of a bound from which its torque counts as far beyond.
+const LARGE_RELIEF: f64 = 1.01;
+/// Descents at a higher weight, at most, that return torques within their bounds.
+const MAX_RETURN_DESCENTS: usize = 12;
+/// With more moving joints, a start takes half of its iterations at the weights above [`SELECTION_WEIGHT`]: an iteration costs
+/// much, and the remaining decrease follows at the next weight.
+const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
+/// Least decrease of a step as a share of 1 + |J| with bodies at those weights, where a descent takes a third of its iterations
+/// at the first and half at the others: two thirds of the evaluations. The best of twelve starts is equally good on the Panda
+/// (four seeds) and 2 % worse on the xarm7 (two); a robot of seven joints without bodies would lose 1 %, and takes all
+/// iterations.
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
-/// The height at which starts are compared.
-const SIFTED_HEIGHT: f64 = 2e-3;
-/// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
-/// descent is worth about as much to each.
-const GIVEN_UP_BEHIND: f64 = 0.03;
-/// Index of the height at which a start begins again with what is known, after a descent without it.
-const HEIGHT_INDEX_AFTER_LONE_DESCENT: usize = 2;
-/// Starts of a round that takes the best motion so far. Their number is the same for any number of threads.
+/// The weight at which starts are compared.
+const SELECTION_WEIGHT: f64 = 2e-3;
+/// A start whose J exceeds the best J at that weight by more than this, 3 % of det^(1/p), ends there: the further decrease is
+/// about the same for every start.
+const SELECTION_MARGIN: f64 = 0.03;
+/// Index of the weight at which a start begins again with prior information, after a descent without it.
+const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
+/// Starts of a round that takes the best motion. The number is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Joints of the best motion that a start of such a round draws anew.
+/// Joints of the best motion that such a start redraws.
 const REDRAWN_JOINTS: usize = 2;
-/// Draws for one start before it is given up.
+/// Draws for one start, at most.
 const MAX_DRAWS_PER_START: usize = 60;
-/// Times a drawn motion is made smaller before it is given up.
+/// Times a drawn motion is scaled down, at most.
 const MAX_SHRINKS_PER_DRAW: usize = 12;
-/// Share of a torque's bound up to which a drawn motion is taken.
+/// Greatest ratio of a torque to its bound at which a drawn motion is accepted.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// Centres drawn for a start whose robot has bodies, and draws about those that are free, before descents look for one: a robot
-/// that needs more has hardly any free pose.
+/// Centres drawn for a start whose robot has bodies, and draws about free ones, before descents search a centre: a robot that
+/// needs more has hardly any free pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
-/// Times that a motion about a centre that a descent found is made smaller: one that is smaller tells columns of many joints apart no
-/// more, and no descent begins with it.
+/// Times that a motion about a centre from a descent is scaled down: a smaller one cannot separate the columns of many joints,
+/// and no descent can start with it.
 const MAX_SHRINKS_AFTER_DESCENT: usize = 9;
-/// Descents of a start before it is given up.
+/// Descents of a start, at most.
 const MAX_DESCENTS_PER_START: usize = 40;
-/// Share of the room about a centre that a descent found up to which a motion swings.
-const SHARE_OF_ROOM: f64 = 0.9;
+/// Share of the position range about a centre from a descent that the swing of a motion may use.
+const SWING_RANGE_SHARE: f64 = 0.9;
+/// Factor of a swing when a drawn motion is scaled down.
+const SHRINK_FACTOR: f64 = 0.7;
+/// Factor of a swing when a given motion is scaled down.
+const FINE_SHRINK_FACTOR: f64 = 0.9;
+/// Least and greatest share of the limits that a drawn motion uses.
+const DRAWN_LIMIT_SHARES: (f64, f64) = (0.4, 0.85);
+/// Share of the position range that a drawn motion keeps free at each end.
+const DRAWN_RANGE_MARGIN: f64 = 0.05;
 
-/// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
+/// All starts that found a motion, the best first. `progress` is called as each start ends, with the number of ended starts.
 ///
-/// Fails where no start keeps the limits, with what stands in the way. Interrupted, it gives what there is.
+/// Fails where no start keeps the limits, with the obstacle. Interrupted, it gives the results so far.
 pub fn search(
     problem: &Problem,
     options: &SearchOptions,
-    progress: &(dyn Fn(usize, Option<&Found>) + Sync),
-) -> Result<Vec<Found>, NoMotion> {
-    // A start has the threads that others leave.
+    progress: &(dyn Fn(usize, Option<&StartResult>) + Sync),
+) -> Result<Vec<StartResult>, NoMotion> {
+    // A start uses the threads that other starts do not need.
     let threads_of_start = (options.threads / options.starts.max(1)).max(1);
     let prepared = Prepared::new(problem).with_threads(threads_of_start);
     if prepared.moving().is_empty() {
@@ -129,26 +137,26 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
-    // Where much is known already the criterion is flat, and its slopes lead to poor motions. So a start goes first to
-    // where the motion alone tells most.
+    // With much prior information the criterion is flat, and its gradient leads to poor motions. So a start first descends to the
+    // best motion without it.
     let alone = Problem { prior: &[], ..problem.clone() };
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone).with_threads(threads_of_start));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
-    let search = Searched { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
-    // Of those that are begun only the ones that may still win go on to the end.
+    let search = SharedSearch { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
+    // Only the starts that may still win continue to the last weight.
     let mut promising = f64::INFINITY;
     let mut round = |starts: Range<usize>, best: Option<&[f64]>| {
         let begin = |start: usize| {
             let is_over = interruption.is_raised();
-            (!is_over).then(|| (start, interruption.during(|| begun(&search, options.seed, start, best))))
+            (!is_over).then(|| (start, interruption.during(|| candidate_start(&search, options.seed, start, best))))
         };
         let all = in_parallel(starts.collect(), options.threads, begin);
-        let all: Vec<(usize, Result<Begun, NoMotion>)> = all.into_iter().flatten().collect();
+        let all: Vec<(usize, Result<CandidateStart, NoMotion>)> = all.into_iter().flatten().collect();
         let values = all.iter().filter_map(|(_, begun)| begun.as_ref().ok());
         promising = values.map(|begun| begun.criterion).fold(promising, f64::min);
-        let end = |(start, begun): (usize, Result<Begun, NoMotion>)| {
+        let end = |(start, begun): (usize, Result<CandidateStart, NoMotion>)| {
             let outcome = begun.and_then(|begun| {
-                let goes_on = begun.criterion <= promising + GIVEN_UP_BEHIND;
+                let goes_on = begun.criterion <= promising + SELECTION_MARGIN;
                 interruption.during(|| if goes_on { search.ended(begun) } else { search.found(&begun) })
             });
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
@@ -176,9 +184,9 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
-/// What a search from this motion, by so many threads, finds within the walls of the problem; `None` where even a small motion
-/// about the same centre is beyond one.
-pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints: &[Vec<f64>]) -> Option<Found> {
+/// The result of a search from this motion on `threads` threads within the barriers of the problem; `None` where even a small
+/// motion about the same centre is outside.
+pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints: &[Vec<f64>]) -> Option<StartResult> {
     let prepared = Prepared::new(problem).with_threads(threads);
     let (m, seen) = (problem.shape.size(), Seen::default());
     let mut x = prepared.scaled(joints);
@@ -192,74 +200,79 @@ pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints:
         if shrinks > 2 * MAX_SHRINKS_PER_DRAW {
             return None;
         }
-        x.chunks_exact_mut(m).for_each(|joint| joint[1..].iter_mut().for_each(|x| *x *= 0.9));
+        x.chunks_exact_mut(m).for_each(|joint| joint[1..].iter_mut().for_each(|x| *x *= FINE_SHRINK_FACTOR));
     }
-    let search = Searched { alone: None, prepared: &prepared, problem, iterations };
-    let begun = search.begun(0, x, seen, &WALL_HEIGHTS[1..]).ok()?;
+    let search = SharedSearch { alone: None, prepared: &prepared, problem, iterations };
+    let begun = search.begun(0, x, seen, &BARRIER_WEIGHTS[1..]).ok()?;
     search.ended(begun).ok()
 }
 
-/// J of a motion, where it tells anything.
+/// J of a motion; `None` where its rows lack full rank.
 pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
     let prepared = Prepared::new(problem);
     prepared.criterion(&prepared.scaled(joints))
 }
 
-/// What every start of a search shares.
-struct Searched<'a> {
-    /// The problem without what is known, where anything is.
+/// The data that all starts of a search share.
+struct SharedSearch<'a> {
+    /// The problem without prior information, where there is any.
     alone: Option<&'a Prepared<'a>>,
     prepared: &'a Prepared<'a>,
     problem: &'a Problem<'a>,
     iterations: usize,
 }
 
-/// A start that has come down to [`SIFTED_HEIGHT`].
-struct Begun {
+/// A start after its descents down to [`SELECTION_WEIGHT`].
+struct CandidateStart {
     start: usize,
     x: Vec<f64>,
     seen: Seen,
     watched: Watched,
-    /// J there: of the motion alone, where something is known.
+    /// J at this weight; without prior information, where there is any.
     criterion: f64,
 }
 
-/// One start down to [`SIFTED_HEIGHT`]: from a random motion, or from the best so far with some of its joints drawn anew.
-fn begun(search: &Searched, seed: u64, start: usize, best: Option<&[f64]>) -> Result<Begun, NoMotion> {
+/// One start down to [`SELECTION_WEIGHT`]: from a random motion, or from the best so far with some of its joints redrawn.
+fn candidate_start(
+    search: &SharedSearch,
+    seed: u64,
+    start: usize,
+    best: Option<&[f64]>,
+) -> Result<CandidateStart, NoMotion> {
     let (mut random, seen) = (Random::stream(seed, start as u64), Seen::default());
     let near = best.and_then(|best| near(search.prepared, search.problem, best, &mut random, &seen));
     let (x, heights) = match near {
-        Some(x) => (x, &WALL_HEIGHTS[1..]),
-        None => (first(search.prepared, search.problem, &mut random, &seen)?, &WALL_HEIGHTS[..]),
+        Some(x) => (x, &BARRIER_WEIGHTS[1..]),
+        None => (first(search.prepared, search.problem, &mut random, &seen)?, &BARRIER_WEIGHTS[..]),
     };
     search.begun(start, x, seen, heights)
 }
 
-impl Searched<'_> {
-    /// From a motion that is inside all walls down to [`SIFTED_HEIGHT`].
-    fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<Begun, NoMotion> {
+impl SharedSearch<'_> {
+    /// Descends from a motion inside all barriers down to [`SELECTION_WEIGHT`].
+    fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<CandidateStart, NoMotion> {
         let prepared = self.alone.unwrap_or(self.prepared);
-        let high = heights.iter().copied().filter(|height| *height >= SIFTED_HEIGHT);
+        let high = heights.iter().copied().filter(|height| *height >= SELECTION_WEIGHT);
         let mut watched = Watched::default();
         let x = self.descended(high.map(|height| (prepared, height)), x, &seen, &mut watched);
         let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, self.problem, &x))?;
-        Ok(Begun { start, x, seen, watched, criterion })
+        Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// The rest of the descent. Where something is known already: first without it, then with it, at ever lower walls.
-    fn ended(&self, mut begun: Begun) -> Result<Found, NoMotion> {
-        let low = || WALL_HEIGHTS.into_iter().filter(|height| *height < SIFTED_HEIGHT);
+    /// The remaining descents. With prior information: first without it, then with it, at decreasing weights.
+    fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
+        let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
         let last = match self.alone {
-            Some(_) => &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..],
-            None => &WALL_HEIGHTS[WALL_HEIGHTS.len() - low().count()..],
+            Some(_) => &BARRIER_WEIGHTS[WEIGHT_INDEX_WITH_PRIOR..],
+            None => &BARRIER_WEIGHTS[BARRIER_WEIGHTS.len() - low().count()..],
         };
         let all = alone.chain(last.iter().map(|height| (self.prepared, *height)));
         let x = self.descended(all, begun.x, &begun.seen, &mut begun.watched);
-        self.found(&Begun { x, ..begun })
+        self.found(&CandidateStart { x, ..begun })
     }
 
-    /// The descent at one height after the other.
+    /// The descents at one weight after the other.
     fn descended<'p>(
         &self,
         heights: impl Iterator<Item = (&'p Prepared<'p>, f64)>,
@@ -270,24 +283,27 @@ impl Searched<'_> {
         let mut x = from;
         for (prepared, height) in heights {
             let (part, least) = match height {
-                LAST_WALL_HEIGHT => (1, SMALLEST_DESCENT_GAIN.0),
-                _ if height <= SIFTED_HEIGHT => (1, SMALLEST_DESCENT_GAIN.1),
+                LAST_BARRIER_WEIGHT => (1, SMALLEST_DESCENT_GAIN.0),
+                _ if height <= SELECTION_WEIGHT => (1, SMALLEST_DESCENT_GAIN.1),
                 _ if prepared.space.is_some() => {
-                    (if height == WALL_HEIGHTS[0] { 3 } else { 2 }, SMALLEST_GAIN_AMONG_BODIES)
+                    (if height == BARRIER_WEIGHTS[0] { 3 } else { 2 }, SMALLEST_GAIN_AMONG_BODIES)
                 }
-                _ => (if prepared.moving().len() > FEW_JOINTS { 2 } else { 1 }, SMALLEST_DESCENT_GAIN.1),
+                _ => (
+                    if prepared.moving().len() > MAX_JOINTS_FOR_ALL_ITERATIONS { 2 } else { 1 },
+                    SMALLEST_DESCENT_GAIN.1,
+                ),
             };
             let mut left = self.iterations.div_ceil(part);
-            let mut returning = MAX_RETURNING_LOOKS;
+            let mut returning = MAX_RETURN_DESCENTS;
             while left > 0 && Interruption::check().is_ok() {
                 let watching = watched.renewed(prepared, &x);
                 let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
-                // Low walls hold a motion where it is: above them a torque that is far beyond its bound comes back.
-                let height = if relief > MUCH_RELIEF { height.max(RETURN_HEIGHT) } else { height };
-                let walled = Walled::new(watching.as_ref().unwrap_or(prepared), height, seen);
+                // Low weights keep a motion where it is: a torque far beyond its bound returns at a higher weight.
+                let height = if relief > LARGE_RELIEF { height.max(RETURN_HEIGHT) } else { height };
+                let walled = WithBarriers::new(watching.as_ref().unwrap_or(prepared), height, seen);
                 let portion = match (is_pressed, relief > 1.0) {
-                    (_, true) => left.min(ITERATIONS_BEYOND),
-                    (true, false) => left.min(ITERATIONS_BETWEEN_LOOKS),
+                    (_, true) => left.min(ITERATIONS_PER_PEAK_SEARCH_BEYOND),
+                    (true, false) => left.min(ITERATIONS_PER_PEAK_SEARCH),
                     (false, false) => left,
                 };
                 let Some(found) = descend(&walled, &x, portion, least) else { break };
@@ -304,12 +320,12 @@ impl Searched<'_> {
         x
     }
 
-    /// What was found, without the walls' part of the value.
-    fn found(&self, Begun { start, x, seen, .. }: &Begun) -> Result<Found, NoMotion> {
+    /// The result at x, with J without the barriers.
+    fn found(&self, CandidateStart { start, x, seen, .. }: &CandidateStart) -> Result<StartResult, NoMotion> {
         let prepared = self.prepared;
         let criterion = prepared.criterion(x).ok_or_else(|| too_small(prepared, self.problem, x))?;
         let (room, joint, limit) = prepared.barrier().least_room(x).ok_or(NoMotion::AllLocked)?;
-        Ok(Found {
+        Ok(StartResult {
             start: *start,
             joints: prepared.joints(x),
             criterion,
@@ -320,7 +336,7 @@ impl Searched<'_> {
     }
 }
 
-/// A random motion about a random centre, a share of the limits wide.
+/// A random motion about a random centre, scaled to a share of the limits.
 fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
     let m = problem.shape.size();
     let barrier = prepared.barrier();
@@ -337,11 +353,11 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
             }
         };
         let most = LimitKind::KINEMATIC.into_iter().map(share).fold(0.0, f64::max);
-        let factor = random.between(0.4, 0.85) / most.max(f64::MIN_POSITIVE);
+        let factor = random.between(DRAWN_LIMIT_SHARES.0, DRAWN_LIMIT_SHARES.1) / most.max(f64::MIN_POSITIVE);
         x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
         let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
         let (low, high) = limits.position;
-        let margin = 0.05 * (high - low);
+        let margin = DRAWN_RANGE_MARGIN * (high - low);
         let room = (low + margin - least, high - margin - greatest);
         let (from, to) = if high - low > TAU { turn_about_zero(room) } else { room };
         let centre = random.between(from, to);
@@ -350,14 +366,14 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// The turn of a room that is nearest to zero: another tells the same, and winds up cables.
+/// The turn of a range of centres that is nearest to zero: other turns give the same rows, and wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))
 }
 
-/// The best motion with some of its joints drawn anew, their swing as small as torques and distances ask; `None` where
-/// that is not enough.
+/// The best motion with some of its joints redrawn, their swing as small as torques and distances require; `None` where no tried
+/// swing is small enough.
 fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random, seen: &Seen) -> Option<Vec<f64>> {
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
@@ -374,20 +390,20 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     None
 }
 
-/// A joint with a smaller swing about its pose.
+/// Scales the swing of a joint about its centre down.
 fn shrink(joint: &mut [f64]) {
-    joint[1..].iter_mut().for_each(|x| *x *= 0.7);
+    joint[1..].iter_mut().for_each(|x| *x *= SHRINK_FACTOR);
 }
 
-/// The coefficients of a coordinate behind its pose, by a random spectrum of its velocity.
-fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
+/// Draws the coefficients of a coordinate without its centre, from a random spectrum of its velocity.
+fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
     for l in 0..x.len() / 2 {
-        // The square leaves some harmonics nearly silent.
+        // The square gives some harmonics a very small amplitude.
         let weight = random.uniform().powi(2);
         match shape {
-            Shape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
-            Shape::Spline(spline) => {
-                // Half-waves: they vanish at both ends. The amplitude of the position is that of the velocity over l.
+            MotionShape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
+            MotionShape::Spline(spline) => {
+                // Half-waves vanish at both ends. The amplitude of the position is the amplitude of the velocity over l.
                 let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
                 let turn = PI * half_waves / spline.spans as f64;
                 let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
@@ -397,15 +413,16 @@ fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
     }
 }
 
-/// A motion within all limits: a random spectrum, scaled, about a random centre; where none of those is free, about one that a
-/// descent frees, from the zero pose, the middle of the limits, and random poses.
+/// A motion within all limits: a random spectrum, scaled, about a random centre; where no tried centre is free, about one that a
+/// descent finds from the zero pose, from the middle of the limits, and from random poses.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &Seen) -> Result<Vec<f64>, NoMotion> {
-    let mut tried = Tried { weakest: (f64::INFINITY, 0, LimitKind::Effort), narrowest: None };
+    let mut tried = NearestAttempt { weakest: (f64::INFINITY, 0, LimitKind::Effort), narrowest: None };
     let (centres, most) = match problem.surroundings {
         Some(_) => (MAX_CENTRES_PER_START, MAX_DRAWS_AMONG_BODIES),
         None => (MAX_DRAWS_PER_START, MAX_DRAWS_PER_START),
     };
     let mut draws = 0;
+    // Random centres are cheap to test.
     for _ in 0..centres {
         if draws == most || Interruption::check().is_err() {
             break;
@@ -418,6 +435,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
             }
         }
     }
+    // A descent costs more, and finds narrow free regions.
     for descent in 0..MAX_DESCENTS_PER_START {
         if Interruption::check().is_err() {
             break;
@@ -438,21 +456,21 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
     Err(tried.why())
 }
 
-/// Whether any of two starts has a motion to begin with: far sooner told than by a search.
+/// Whether one of two starts has an initial motion: much faster than a search.
 pub fn can_begin(problem: &Problem, seed: u64) -> bool {
     let prepared = Prepared::new(problem);
     let has_motion = |start| first(&prepared, problem, &mut Random::stream(seed, start), &Seen::default()).is_ok();
     prepared.moving().is_empty() || (0..2).any(has_motion)
 }
 
-/// What is nearest to being kept of all that was tried.
-struct Tried {
+/// The limits that were nearest to being kept in all trials.
+struct NearestAttempt {
     weakest: (f64, usize, LimitKind),
     narrowest: Option<(f64, usize)>,
 }
 
-impl Tried {
-    /// Whether bodies are so far from each other; about a centre at which they meet there is no motion, however small.
+impl NearestAttempt {
+    /// Whether the distances of bodies are sufficient; about a centre with a collision there is no motion, however small.
     fn is_free(&mut self, prepared: &Prepared, nearest: Option<(f64, usize)>) -> bool {
         let is_free = prepared.is_inside(nearest);
         if let Some(near) = nearest.filter(|n| !is_free && self.narrowest.is_none_or(|best| n.0 > best.0)) {
@@ -461,8 +479,8 @@ impl Tried {
         is_free
     }
 
-    /// The motion made smaller until it is within the limits of torques and bodies. Down to a tenth of the swing the torque may be
-    /// that of the motion; below, it is that of gravity.
+    /// The motion scaled down until it is within the limits of torques and distances. Down to a tenth of the swing the torque may
+    /// come from the motion; below, it is the gravity torque.
     fn small_enough(&mut self, prepared: &Prepared, mut x: Vec<f64>, seen: &Seen, shrinks: usize) -> Option<Vec<f64>> {
         let m = x.len() / prepared.moving().len();
         for _ in 0..shrinks {
@@ -490,7 +508,7 @@ impl Tried {
     }
 }
 
-/// Puts a motion about another centre, its swings no greater than the room there.
+/// Moves a motion to another centre and scales its swings to the range there.
 fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f64]) {
     let m = problem.shape.size();
     for (j, &k) in prepared.moving().iter().enumerate() {
@@ -499,7 +517,7 @@ fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f6
         let (least, greatest) = prepared.barrier().reached(j, x, LimitKind::Position);
         let up = (high - centre[k]) / (greatest - centre[k]).max(f64::MIN_POSITIVE);
         let down = (centre[k] - low) / (centre[k] - least).max(f64::MIN_POSITIVE);
-        let factor = (SHARE_OF_ROOM * up.min(down)).min(1.0);
+        let factor = (SWING_RANGE_SHARE * up.min(down)).min(1.0);
         x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
     }
 }
@@ -507,12 +525,12 @@ fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f6
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::excitation::criterion::Aim;
+    use crate::excitation::criterion::SearchObjective;
     use crate::excitation::fourier_series::FourierSeries;
     use crate::excitation::limits::CoordinateLimits;
-    use crate::excitation::proof::DescribedFriction;
+    use crate::excitation::proof::NominalFriction;
     use crate::excitation::quintic_spline::QuinticSpline;
-    use crate::excitation::torque_wall::TorqueWall;
+    use crate::excitation::torque_barrier::TorqueBarrier;
     use crate::pendulum::Pendulum;
     use linear_model::differentiable::{DifferentiableRegressor, DifferentiableTorques};
     use linear_model::friction::terms::FrictionTerm;
@@ -557,22 +575,26 @@ pub(crate) mod tests {
         CoordinateLimits { effort: Some(12.0), ..limits((-1.5, 2.0), [2.0, 8.0, 150.0]) }
     }
 
-    pub(crate) fn pendulum_torque() -> TorqueWall {
-        let friction = vec![DescribedFriction { viscous: 0.1, coulomb: 0.2, offset: 0.05 }];
-        TorqueWall { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
+    pub(crate) fn pendulum_torque() -> TorqueBarrier {
+        let friction = vec![NominalFriction { viscous: 0.1, coulomb: 0.2, offset: 0.05 }];
+        TorqueBarrier { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
     }
 
     /// A pendulum that swings within limits and a torque.
-    pub(crate) fn problem<'a>(arm: &'a Pendulum, limits: &'a [CoordinateLimits], wall: &'a TorqueWall) -> Problem<'a> {
+    pub(crate) fn problem<'a>(
+        arm: &'a Pendulum,
+        limits: &'a [CoordinateLimits],
+        wall: &'a TorqueBarrier,
+    ) -> Problem<'a> {
         Problem {
             regressor: arm,
             friction: &[FrictionTerm::Viscous],
             limits,
             noise: &[0.1],
-            aim: Aim::Determinant,
+            aim: SearchObjective::Determinant,
             torque: Some(wall),
             columns: &[true; 4],
-            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            shape: MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
             samples: 60,
             surroundings: None,
             prior: &[],
@@ -583,7 +605,7 @@ pub(crate) mod tests {
     fn the_same_motion_on_any_number_of_threads() {
         let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let series = problem(&arm, &limits, &wall);
-        let shape = Shape::Spline(QuinticSpline { period: 5.0, spans: 9 });
+        let shape = MotionShape::Spline(QuinticSpline { period: 5.0, spans: 9 });
         for problem in [Problem { shape, ..problem(&arm, &limits, &wall) }, series] {
             let run = |threads| {
                 let options = SearchOptions { starts: 4, iterations: 20, seed: 7, threads };
@@ -595,7 +617,7 @@ pub(crate) mod tests {
                 assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
             }
             assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
-            // The descent ends far above where random motions are.
+            // The descent ends far above the values of random motions.
             let prepared = Prepared::new(&problem);
             let random = first(&prepared, &problem, &mut Random::new(1), &Seen::default()).unwrap();
             assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
@@ -606,8 +628,8 @@ pub(crate) mod tests {
     fn what_cannot_move_says_why() {
         let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
-        // Dry friction alone takes 0.2 N m, more than a hundredth of 12. (With 0.04 N m besides there is a motion near the edge of the
-        // room, where gravity takes none.)
+        // Dry friction alone takes 0.2 N m, more than a hundredth of 12. (With 0.04 N m there is a motion near the end of the
+        // range, where the gravity torque is zero.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };

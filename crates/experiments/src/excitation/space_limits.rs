@@ -1,38 +1,38 @@
-//! Where the bodies of a robot may be: boxes, floors, walls, and the distance between its own links.
+//! Regions of the bodies of a robot: boxes, floors, walls, and the distance between its own links.
 //!
-//! Places are in the base frame, m. What a motion's own file says of them may make a check tighter; what is left out, the
-//! user alone says. Not here: the bodies themselves, which only the description has.
+//! Positions are in the base frame, m. A motion's own file may make a check tighter; only the user may exclude something from it.
+//! Not here: the bodies themselves, which only the description has.
 
 use serde::{Deserialize, Serialize};
 
-/// Where bodies may be.
+/// Regions of bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// No moving link goes below this height, z of the base frame in m; or `none`. Not given: the plane of the base where
-    /// nothing that moves is below it at the zero pose.
+    /// Lowest height of moving links, z of the base frame in m; or `none`. Not given: the plane of the base where no moving link
+    /// is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
-    /// Planes that links stay on one side of.
+    /// Planes with an allowed side for links.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
     /// Boxes that links stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least distance between links of the robot, m. Not given: the spacing, or half of the room that a pair has.
+    /// Least distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
-    /// Where neither a distance nor a floor is given: what links keep between each other and to the plane of the base, m, or half
-    /// of the room that they have. Not given: a search keeps 0.02 where there is a motion that does; a check asks for 0.01 between
-    /// links and 0 to the plane.
+    /// Where neither a distance nor a floor is given: the least distance between links and to the plane of the base, m, or half
+    /// of the distance that they have. Not given: a search keeps 0.02 where a motion can; a check requires 0.01 between links and
+    /// 0 to the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
-    /// Whether distances between links of the robot are looked at.
+    /// Whether distances between links of the robot are checked.
     pub own_links: bool,
-    /// Pairs of links that may meet, each with the reason: `[LINK, LINK, REASON]`.
+    /// Pairs of links that may touch, each with the reason: `[LINK, LINK, REASON]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Vec<String>>,
-    /// What motions of an earlier version left out; no limits file has it.
+    /// Pairs that motions of an earlier version excluded; no limits file has it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
 }
@@ -41,13 +41,13 @@ pub struct SpaceLimits {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Floor {
-    /// At this height, m.
+    /// A floor at this height, m.
     At(f64),
-    /// There is none.
+    /// No floor.
     Word(FloorWord),
 }
 
-/// What stands for a height.
+/// The word in place of a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FloorWord {
@@ -56,10 +56,10 @@ pub enum FloorWord {
 }
 
 impl Floor {
-    /// That there is none.
+    /// The absence of a floor.
     pub const NOWHERE: Floor = Floor::Word(FloorWord::None);
 
-    /// m, where there is one.
+    /// Height, m, where there is a floor.
     pub fn height(self) -> Option<f64> {
         match self {
             Floor::At(height) => Some(height),
@@ -83,15 +83,15 @@ impl Default for SpaceLimits {
     }
 }
 
-/// A plane with a side that is allowed.
+/// A plane with an allowed side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// On the plane, m.
+    /// A point on the plane, m.
     pub point: [f64; 3],
-    /// Towards the side that is allowed; of any length.
+    /// Direction to the allowed side, of any length.
     pub normal: [f64; 3],
-    /// Links of the file that must keep to that side; none: all that move.
+    /// Links of the file that must stay on that side; none: all that move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub links: Option<Vec<String>>,
 }
@@ -110,8 +110,8 @@ pub struct SpaceBox {
 }
 
 impl SpaceLimits {
-    /// What a user asks of a motion that was made with `self`: what the motion's own file asks for may make it tighter,
-    /// and leaves nothing out.
+    /// The limits for a check of a motion that was made with `self`: the limits of the user, tightened by the motion's own; the
+    /// motion's file excludes nothing.
     pub fn held_to(&self, user: &SpaceLimits) -> SpaceLimits {
         let walls = user.walls.iter().chain(self.walls.iter().filter(|wall| !user.walls.contains(wall)));
         let boxes = user.boxes.iter().chain(self.boxes.iter().filter(|cell| !user.boxes.contains(cell)));
@@ -130,7 +130,7 @@ impl SpaceLimits {
         }
     }
 
-    /// The pairs that may meet: link, link, reason.
+    /// The pairs that may touch: link, link, reason.
     pub fn accepted(&self) -> Vec<(String, String, String)> {
         let triple = |pair: &Vec<String>| match &pair[..] {
             [a, b, reason] => Some((a.clone(), b.clone(), reason.clone())),
@@ -139,7 +139,7 @@ impl SpaceLimits {
         self.accept.iter().filter_map(triple).collect()
     }
 
-    /// Why no robot can keep them, or what a user must say otherwise.
+    /// The reason why these limits are not valid; `None` where they are.
     pub fn fault(&self) -> Option<String> {
         let lengths = [("distance", self.distance), ("spacing", self.spacing)];
         let mut given = lengths.into_iter().filter_map(|(key, x)| Some((key, x?)));

@@ -1,18 +1,18 @@
 //! Proved bounds of a quintic spline and its derivatives on an interval of time.
 //!
-//! The k-th derivative is a spline of degree p = 5 - k on the same knots t, whose control points are differences of those of
-//! the one before:
+//! The k-th derivative is a spline of degree p = 5 - k on the same knots t. Its control points are differences of the control
+//! points of the derivative before:
 //!
 //! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
 //!
-//! On the part [a, b] of a span it is between the least and the greatest of the control points that knots inserted at a and b
-//! leave there: the polar form at p - j times a and j times b [Ramshaw 1989]. All in interval arithmetic.
+//! On the interval [a, b] of a span it is between the least and the greatest of the control points after knot insertion at a and
+//! b: the polar form with p - j arguments a and j arguments b [Ramshaw 1989]. Everything is in interval arithmetic.
 
 use numerics::interval::Interval;
 
 use crate::excitation::quintic_spline::{QuinticSpline, SPLINE_DEGREE};
 
-/// A spline with what its enclosures need.
+/// A spline with the data for its enclosures.
 pub struct EnclosedSpline {
     shape: QuinticSpline,
     /// K/T, 1/s.
@@ -41,11 +41,11 @@ impl EnclosedSpline {
         EnclosedSpline { shape, rate, joints: joints.collect() }
     }
 
-    /// Position and four derivatives of each coordinate on a part of the spline, s.
+    /// Position and four derivatives of each coordinate on an interval of the spline, s.
     pub fn on(&self, part: Interval) -> Vec<[Interval; 5]> {
         let spans = self.shape.spans;
         let [from, to] = [part.low, part.high].map(|t| Interval::point(t) * self.rate);
-        // The rounding of an end may reach into the span beside it.
+        // A rounded end of the interval may lie in the neighbouring span.
         let [first, last] = [from.low, to.high].map(|u| (u.max(0.0) as usize).min(spans.saturating_sub(1)));
         let of = |points: &[Vec<Interval>; 5]| -> [Interval; 5] {
             std::array::from_fn(|k| {
@@ -62,7 +62,7 @@ impl EnclosedSpline {
         self.joints.iter().map(of).collect()
     }
 
-    /// The hull of the control points of the part of a span from a to b, of a spline of this degree.
+    /// The hull of the control points for the interval from a to b of a span, for a spline of this degree.
     fn restricted(&self, points: &[Interval], degree: usize, span: usize, a: Interval, b: Interval) -> Interval {
         let polar = |j: usize| {
             let mut left = points[span..=span + degree].to_vec();
@@ -80,7 +80,7 @@ impl EnclosedSpline {
             }
             left[0]
         };
-        // At an instant all control points are one.
+        // At an instant all control points are equal.
         let last = if a == b { 0 } else { degree };
         (0..=last).map(polar).reduce(Interval::hull).unwrap_or(Interval::ALL)
     }

@@ -1,100 +1,100 @@
-//! Where stopping begins at any instant: how far the joints go on, and whether the room there covers it.
+//! The distance and time of stopping from any instant of a motion, and whether the limits and the distances of bodies cover it.
 //!
-//! A joint of the velocity v that brakes at its limit of acceleration a stands v/a s later, at
+//! A joint with velocity v that brakes at its limit of acceleration a stops after v/a s, at
 //!
 //! ```text
 //! q + v |v| / (2 a)
 //! ```
-//! Each joint brakes on its own, so that the bodies are somewhere in the box between all q and all ends. The room in it is the
-//! distance at its middle less what joints times reach take the bodies to its sides: more room than that may be there. Told of
-//! each part of the motion, not of instants, so that nothing is missed between them.
+//! Each joint brakes independently, so the bodies are somewhere in the box between all q and all stop positions. The distance of
+//! bodies in the box is at least the distance at its middle minus the motion of the bodies to its sides, by the ranges of the
+//! joints; the true distance may be greater. The bounds hold on each interval of the motion, not only at instants.
 //!
-//! Not here: how a drive stops. It may be slower than its limit of acceleration, and a power failure is no braking.
+//! Not here: the stopping of a drive. It may brake below its limit of acceleration, or not at all after a power failure.
 
 use claims::significant;
 use numerics::interruption::Interruption;
 use numerics::interval::Interval;
-use numerics::range::{Enclosed, Extreme, Sought, Subdivision, ranges};
+use numerics::range::{Enclosed, Extreme, RangeGoal, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::course::{Course, Stretch};
 use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::CertificateRow;
+use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
-/// How far a joint goes on, at most, where stopping begins at any instant.
+/// The greatest stopping distance of a joint over all instants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stopping {
     /// Its coordinate.
     pub coordinate: String,
-    /// Where stopping would begin, after the start of the motion, s.
+    /// Time after the start of the motion at which stopping would begin, s.
     pub at_s: f64,
-    /// The velocity that it is nowhere beyond, rad/s (m/s).
+    /// Proved greatest velocity, rad/s (m/s).
     pub velocity: f64,
-    /// From then until it stands, s.
+    /// Time of stopping, s.
     pub time_s: f64,
-    /// rad (m).
-    pub way: f64,
+    /// Stopping distance, rad (m).
+    pub path: f64,
 }
 
-/// The least room while stopping.
+/// The least distance to a limit or between bodies while stopping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct StopRoom {
+pub struct StoppingMargin {
     /// A coordinate, or two bodies, or one at a wall.
     pub subject: String,
-    /// Where stopping would begin, after the start of the motion, s.
+    /// Time after the start of the motion at which stopping would begin, s.
     pub at_s: f64,
-    /// rad (m) to the limit of position, or m between bodies; negative: less than stopping takes.
+    /// Distance to the limit of position, rad (m), or between bodies, m; negative: stopping is not covered.
     pub room: f64,
 }
 
-/// The rooms of bodies while stopping.
+/// The distances of bodies while stopping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StopBodies {
-    /// Distances that are looked at.
+    /// Number of checked distances.
     pub distances: usize,
-    /// Those of them that are shown to stay above zero, with their margins.
+    /// Number of distances that are proved to stay above zero, with their margins.
     pub covered: usize,
-    /// The one with the least room.
-    pub least: StopRoom,
+    /// The least distance.
+    pub least: StoppingMargin,
 }
 
-/// What stopping takes.
+/// The distances and times of stopping.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Stops {
-    /// The coordinate that goes on farthest, and the one that goes on longest; none where no acceleration is limited.
+pub struct StoppingMotions {
+    /// The coordinate with the longest distance, and the one with the longest time; none where no acceleration is limited.
     pub joints: Vec<Stopping>,
-    /// Of the limits of position.
-    pub positions: Option<StopRoom>,
-    /// Of the distances.
+    /// The least distance to the limits of position.
+    pub positions: Option<StoppingMargin>,
+    /// The distances of bodies.
     pub bodies: Option<StopBodies>,
 }
 
-/// How near the room to a limit of position is found, relative to the size of the limit.
-const ROOM_TOLERANCE: f64 = 1e-3;
-/// Most enclosures of a stretch.
-const ENCLOSURES: usize = 4000;
-/// Rounding of the few operations of a way.
-const WAY_ROUNDING: f64 = 1e-14;
+/// Accuracy of the distance to a limit of position, relative to the width of the limit.
+const RANGE_TOLERANCE: f64 = 1e-3;
+/// Enclosures of a segment, at most.
+const MAX_ENCLOSURES_PER_SEGMENT: usize = 4000;
+/// Relative rounding error of a stopping distance.
+const STOPPING_DISTANCE_ROUNDING: f64 = 1e-14;
 
-/// What stopping takes on a course. `rows`: of its certificate, with what is proven of velocities.
+/// Distances and times of stopping on a trajectory. `rows`: of its certificate, with the proved velocities.
 pub fn stops(
-    course: &dyn Course,
+    course: &dyn Trajectory,
     rows: &[CertificateRow],
     limits: &[CoordinateLimits],
     names: &[String],
     surroundings: Option<&dyn Surroundings>,
-) -> Stops {
+) -> StoppingMotions {
     let joints = farthest_and_longest(rows, limits, names);
     if joints.is_empty() {
-        return Stops::default();
+        return StoppingMotions::default();
     }
     let positions = room_of_positions(course, limits, names);
-    Stops { joints, positions, bodies: surroundings.and_then(|s| room_of_bodies(course, limits, s)) }
+    StoppingMotions { joints, positions, bodies: surroundings.and_then(|s| room_of_bodies(course, limits, s)) }
 }
 
 fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], names: &[String]) -> Vec<Stopping> {
@@ -107,49 +107,52 @@ fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], na
             at_s: row.time_s,
             velocity: row.nowhere_beyond,
             time_s: v / a,
-            way: 0.5 * v * v / a,
+            path: 0.5 * v * v / a,
         })
     };
     let all: Vec<Stopping> = names.iter().zip(limits).filter_map(one).collect();
-    let farthest = all.iter().max_by(|a, b| a.way.total_cmp(&b.way));
+    let farthest = all.iter().max_by(|a, b| a.path.total_cmp(&b.path));
     let longest = all.iter().max_by(|a, b| a.time_s.total_cmp(&b.time_s)).filter(|long| Some(*long) != farthest);
     farthest.into_iter().chain(longest).cloned().collect()
 }
 
-/// Where a joint stands that brakes on a part; a joint without a limit of acceleration goes on as it is.
+/// Stop position of a joint that brakes on an interval; `position` where the joint has no limit of acceleration.
 fn stand(position: Interval, velocity: Interval, acceleration: f64) -> Interval {
     if !acceleration.is_finite() {
         return position;
     }
     let way = |v: f64| 0.5 * v * v.abs() / acceleration;
     let (low, high) = (way(velocity.low), way(velocity.high));
-    let off = WAY_ROUNDING * low.abs().max(high.abs());
+    let off = STOPPING_DISTANCE_ROUNDING * low.abs().max(high.abs());
     position + Interval::new(low - off, high + off)
 }
 
-/// The least room to a limit of position.
-fn room_of_positions(course: &dyn Course, limits: &[CoordinateLimits], names: &[String]) -> Option<StopRoom> {
-    let is_told = |l: &CoordinateLimits| {
+/// The least distance to a limit of position while stopping.
+fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Option<StoppingMargin> {
+    // Only a moving joint with finite limits can be covered.
+    let is_given = |l: &CoordinateLimits| {
         l.acceleration.is_finite() && l.position.0.is_finite() && l.position.1.is_finite() && l.locked.is_none()
     };
-    let told: Vec<usize> = (0..limits.len()).filter(|&k| is_told(&limits[k])).collect();
+    let given: Vec<usize> = (0..limits.len()).filter(|&k| is_given(&limits[k])).collect();
     let width = |k: usize| limits[k].position.1 - limits[k].position.0;
-    let sought: Vec<Sought> = told.iter().map(|&k| Sought::to(ROOM_TOLERANCE * width(k))).collect();
+    let sought: Vec<RangeGoal> = given.iter().map(|&k| RangeGoal::to(RANGE_TOLERANCE * width(k))).collect();
     let enclosed = course.enclosed();
-    let mut least: Option<StopRoom> = None;
+    let mut least: Option<StoppingMargin> = None;
     for (i, stretch) in course.stretches().into_iter().enumerate() {
-        let subdivision = Subdivision { parts: stretch.parts, enclosures: ENCLOSURES, enclosures_within: 0 };
+        let subdivision =
+            Subdivision { parts: stretch.parts, enclosures: MAX_ENCLOSURES_PER_SEGMENT, enclosures_within: 0 };
         let on = |part| {
             let held = enclosed.on(i, part);
-            told.iter().map(|&k| stand(held[k][0], held[k][1], limits[k].acceleration)).collect()
+            given.iter().map(|&k| stand(held[k][0], held[k][1], limits[k].acceleration)).collect()
         };
         let enclose = |part: Interval| Enclosed { over: on(part), middle: on(Interval::point(part.middle())) };
         let found = ranges(Interval::new(0.0, stretch.length), subdivision, &sought, enclose);
-        for (&k, range) in told.iter().zip(&found) {
+        for (&k, range) in given.iter().zip(&found) {
             let (low, high) = limits[k].position;
+            // The proved ends of the range, not the reached ones.
             let mut take = |end: &Extreme, room: f64| {
                 if least.as_ref().is_none_or(|known| room < known.room) {
-                    least = Some(StopRoom { subject: names[k].clone(), at_s: stretch.start + end.time, room });
+                    least = Some(StoppingMargin { subject: names[k].clone(), at_s: stretch.start + end.time, room });
                 }
             };
             take(&range.least, range.least.proved - low);
@@ -159,9 +162,9 @@ fn room_of_positions(course: &dyn Course, limits: &[CoordinateLimits], names: &[
     least
 }
 
-/// The least of the distances in the boxes of stopping.
+/// The least distances of bodies in the boxes of stopping; `None` if interrupted.
 fn room_of_bodies(
-    course: &dyn Course,
+    course: &dyn Trajectory,
     limits: &[CoordinateLimits],
     surroundings: &dyn Surroundings,
 ) -> Option<StopBodies> {
@@ -174,9 +177,10 @@ fn room_of_bodies(
             if interruption.is_raised() {
                 return None;
             }
+            // The box of a joint: from its positions to its stop positions.
             let boxes = enclosed.on(i, part).into_iter().zip(limits).map(|(held, limits)| {
                 let reached = held[0].hull(stand(held[0], held[1], limits.acceleration));
-                (reached.middle(), 0.5 * reached.width() * (1.0 + WAY_ROUNDING))
+                (reached.middle(), 0.5 * reached.width() * (1.0 + STOPPING_DISTANCE_ROUNDING))
             });
             let (q, spread): (Vec<f64>, Vec<f64>) = boxes.unzip();
             let rooms = surroundings.rooms(&q, &spread, &all);
@@ -188,26 +192,28 @@ fn room_of_bodies(
             }
         }
     }
+    // A margin of a gap is reserved for errors, so it does not count.
     let covered = least.iter().filter(|(room, _)| *room >= 0.0).count();
     let (gap, (room, at_s)) = gaps.iter().zip(least).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some(StopBodies {
         distances: gaps.len(),
         covered,
-        least: StopRoom { subject: format!("{} of {}", gap.limit, gap.subject), at_s, room },
+        least: StoppingMargin { subject: format!("{} of {}", gap.limit, gap.subject), at_s, room },
     })
 }
 
-fn parts_of(stretch: &Stretch) -> impl Iterator<Item = Interval> {
+fn parts_of(stretch: &TrajectorySegment) -> impl Iterator<Item = Interval> {
     let (parts, length) = (stretch.parts.max(1), stretch.length);
     let at = move |k: usize| if k == parts { length } else { length * (k as f64 / parts as f64) };
     (0..parts).map(move |k| Interval::new(at(k), at(k + 1)))
 }
 
-impl Stops {
-    /// In lines.
+impl StoppingMotions {
+    /// The distances and times of stopping, in lines.
     pub fn text(&self) -> String {
         let mut text = String::new();
-        for Stopping { coordinate, at_s, velocity, time_s, way } in &self.joints {
+        // One line for each listed joint.
+        for Stopping { coordinate, at_s, velocity, time_s, path: way } in &self.joints {
             text += &format!(
                 "stopping at {} s, at the limit of acceleration from {} rad/s (m/s): {coordinate} stands after {} s and {} rad (m)\n",
                 significant(*at_s, 4),
@@ -216,22 +222,23 @@ impl Stops {
                 significant(*way, 2)
             );
         }
-        if let Some(StopRoom { subject, at_s, room }) = &self.positions {
+        if let Some(StoppingMargin { subject, at_s, room }) = &self.positions {
             let (size, at) = (significant(room.abs(), 2), significant(*at_s, 4));
             text += &match *room >= 0.0 {
                 true => format!(
-                    "the limits of position cover stopping at any instant: {size} rad (m) are left ({subject} at {at} s)\n"
+                    "the limits of position cover stopping at any instant: {size} rad (m) remain ({subject} at {at} s)\n"
                 ),
                 false => format!(
                     "the limits of position do not cover stopping: {subject} goes up to {size} rad (m) beyond, from {at} s\n"
                 ),
             };
         }
+        // The check of bodies is one line: covered, or the least distance.
         if let Some(StopBodies { distances, covered, least }) = &self.bodies {
             let at = significant(least.at_s, 4);
             text += &match covered == distances {
                 true => format!(
-                    "the room between bodies covers stopping at any instant: {} m are left ({} at {at} s)\n",
+                    "the room between bodies covers stopping at any instant: {} m remain ({} at {at} s)\n",
                     significant(least.room, 2),
                     least.subject
                 ),

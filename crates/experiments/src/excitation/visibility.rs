@@ -1,10 +1,10 @@
-//! What a motion will tell: the deviation of each parameter that an identification from it may expect.
+//! The predicted standard deviation of each parameter in an identification from a motion.
 //!
 //! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
 //!
-//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint
-//! i. r_i is what an identification divides its rows by: that noise, and what the encoders add ([`JointNoise`]). The
-//! prediction is for a model that fits and for joints that follow. Dry friction has its exact sign.
+//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i. r_i is
+//! the divisor of its rows in an identification: s_i combined with the noise from the encoders ([`JointNoise`]). The prediction
+//! holds for an exact model and for joints that follow their reference. Dry friction has its exact sign.
 
 use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
@@ -19,12 +19,12 @@ use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::motion::Motion;
 use crate::excitation::proof::CertificateRow;
 
-/// The noise that an identification has to expect, N m (N) a sample, one per coordinate.
+/// The expected noise of an identification, standard deviation in N m (N) a sample, one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointNoise {
     /// White noise of the torques.
     pub torque: Vec<f64>,
-    /// What the encoders add to the residual.
+    /// Noise of the residual from the encoders.
     pub encoders: Vec<f64>,
 }
 
@@ -34,41 +34,41 @@ impl JointNoise {
         JointNoise { encoders: vec![0.0; torque.len()], torque }
     }
 
-    /// What an identification divides the rows of each joint by: the deviation of its residual.
+    /// The divisor of the rows of each joint in an identification: the standard deviation of its residual, N m (N).
     pub fn weights(&self) -> Vec<f64> {
         self.torque.iter().zip(&self.encoders).map(|(s, e)| s.hypot(*e)).collect()
     }
 }
 
-/// What a motion tells of a parameter.
+/// The prediction for one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VisibleParameter {
-    /// What the parameter is.
+    /// The parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
-    /// SI unit of its deviation.
+    /// SI unit of its standard deviation.
     pub unit: Unit,
-    /// Value of the description, where it has one.
+    /// Nominal value from the description, where it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub described: Option<f64>,
-    /// Expected deviation, in the unit; `None` where the parameter is not visible.
+    /// Predicted standard deviation, in `unit`; `None` where the parameter is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
-    /// That deviation over the size of the described value, where that is not zero.
+    /// The standard deviation over the magnitude of the nominal value, where that is not zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_deviation: Option<f64>,
-    /// For a parameter that is not visible or weak: the joint behind it, and what holds the joint.
+    /// For a parameter that is not identifiable or weak: the joint behind it, and the lock or limit of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_blame: Option<String>,
 }
 
 impl VisibleParameter {
-    /// Whether its deviation is much of its value.
+    /// Whether its standard deviation is a large share of its value.
     pub fn is_weak(&self) -> bool {
         self.relative_deviation.is_some_and(|r| r > WEAK_RELATIVE_DEVIATION)
     }
 
-    /// What is to be said of a parameter that is not visible, or weak.
+    /// A remark on a parameter that is not identifiable, or weak.
     pub fn remark(&self) -> Option<String> {
         match (self.deviation, self.relative_deviation, &self.to_blame) {
             (None, _, Some(why)) => Some(format!("not visible ({why})")),
@@ -79,48 +79,48 @@ impl VisibleParameter {
     }
 }
 
-/// A parameter with a greater relative deviation is weak.
+/// Relative standard deviation above which a parameter is weak.
 const WEAK_RELATIVE_DEVIATION: f64 = 0.3;
 
-/// A described value below this share of the greatest one counts as zero, because no deviation is small beside it.
+/// A nominal value below this share of the greatest one counts as zero, since no standard deviation is small compared with it.
 const ZERO_VALUE_SHARE: f64 = 1e-9;
 
-/// What a motion tells of all parameters.
+/// The predictions for all parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
-    /// In the order of the model.
+    /// The parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// det(W'W / instants)^(1/p) of the columns that are visible within the limits.
+    /// det(W'W / instants)^(1/p) of the columns that are separable within the limits.
     pub determinant: f64,
-    /// Of those columns, scaled to unit norm.
+    /// Condition number of these columns, scaled to unit norm.
     pub condition_number: f64,
 }
 
-/// States at even instants, over which an identification sums.
+/// States at equally spaced instants, over which an identification sums.
 pub struct SeenStates<'a> {
     /// Number of instants.
     pub count: usize,
     /// Position, velocity and acceleration of each coordinate at an instant.
     pub at: &'a dyn Fn(usize) -> Vec<[f64; 3]>,
-    /// Times that these instants come.
+    /// Number of repetitions of these instants.
     pub repetitions: usize,
 }
 
-/// How unsure torques will be that are computed from the estimate.
-pub struct Foreseen {
+/// The predicted standard deviation of torques that are computed from the estimate.
+pub struct TorqueForecast {
     columns: Vec<usize>,
-    /// Of the columns; `None` where there is none.
+    /// The solution for these columns; `None` where there are no columns.
     solution: Option<(Solution, Triangle)>,
     repetitions: f64,
 }
 
-impl Foreseen {
-    /// Deviation of the torque row . X, N m (N); `row`: over all columns of the model. `None` where a parameter that it needs
-    /// is not told.
+impl TorqueForecast {
+    /// Standard deviation of the torque row . X, N m (N); `row`: over all columns of the model. `None` where it needs a parameter
+    /// that is not identifiable.
     pub fn torque_deviation(&self, row: &[f64]) -> Option<f64> {
         let (solution, seen) = self.solution.as_ref()?;
         let picked: Vec<f64> = self.columns.iter().map(|&c| row[c]).collect();
-        if picked.iter().zip(&solution.determined).any(|(x, told)| *x != 0.0 && !told) {
+        if picked.iter().zip(&solution.determined).any(|(x, determined)| *x != 0.0 && !determined) {
             return None;
         }
         let at = |i: usize| (0..picked.len()).map(|k| solution.inverse[(i, k)] * picked[k]).sum::<f64>();
@@ -129,8 +129,8 @@ impl Foreseen {
     }
 }
 
-/// What the motion tells, beside what is known already. `described`: one per parameter; `certificate`: that of the motion;
-/// `prior`: rows of the information that is known, over all columns.
+/// The predictions for a motion with prior information. `described`: nominal values, one per parameter; `certificate`: the
+/// certificate of the motion; `prior`: rows of the prior information, over all columns.
 pub fn visibility(
     model: &Model,
     motion: &Motion,
@@ -150,7 +150,7 @@ pub fn visibility(
     visibility_of(model, &seen, limits, noise, described, certificate, prior).0
 }
 
-/// The same of any states, with how unsure torques will be.
+/// The predictions for any states, with the predicted standard deviation of torques.
 pub fn visibility_of(
     model: &Model,
     states: &SeenStates,
@@ -159,11 +159,11 @@ pub fn visibility_of(
     described: &[Option<f64>],
     certificate: &[CertificateRow],
     prior: &[f64],
-) -> (Visibility, Foreseen) {
+) -> (Visibility, TorqueForecast) {
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
     let repetitions = states.repetitions as f64;
-    // The triangle is that of one period, so a share of what is known goes with it.
+    // The triangle covers one period, so the prior information is divided by the number of repetitions.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
     let triangle_over = |divisor: &[f64]| information(model, states, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
@@ -184,7 +184,7 @@ pub fn visibility_of(
         let size = value.map(f64::abs).filter(|x| *x > ZERO_VALUE_SHARE * greatest);
         let relative_deviation = deviation.zip(size).map(|(d, x)| d / x);
         let to_blame = match deviation {
-            None => Some(held(model, limits, c)),
+            None => Some(hiding_joint(model, limits, c)),
             Some(_) => relative_deviation
                 .filter(|r| *r > WEAK_RELATIVE_DEVIATION)
                 .and_then(|_| slowest(model, &parameter.coordinates, certificate)),
@@ -205,10 +205,10 @@ pub fn visibility_of(
         determinant: (2.0 * logarithms / columns.len().max(1) as f64).exp() / instants,
         condition_number: solution.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
     };
-    (seen, Foreseen { columns, solution: weighted, repetitions })
+    (seen, TorqueForecast { columns, solution: weighted, repetitions })
 }
 
-/// The row of joint i: its line of Y, then its friction with the exact sign. `y`: Y at the instant, line by line.
+/// The row of joint i: its row of Y, then its friction with the exact sign. `y`: Y at the instant, row by row.
 pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut [f64]) {
     let base = model.regressor.parameters().len();
     row.fill(0.0);
@@ -221,7 +221,7 @@ pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut
     }
 }
 
-/// The triangle of these columns: the rows of the states over their noise, and the rows of what is known.
+/// The triangle of these columns: the rows of the states over their noise, and the rows of the prior information.
 fn information(
     model: &Model,
     states: &SeenStates,
@@ -244,7 +244,7 @@ fn information(
             block.push(&picked, 0.0);
         }
     }
-    // What is known from an earlier identification, as rows of information.
+    // Prior information from an earlier identification, as rows.
     for row in known.chunks_exact(p.max(1)) {
         picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c]);
         block.push(&picked, 0.0);
@@ -252,8 +252,8 @@ fn information(
     block.finish()
 }
 
-/// Which locked joint hides a column.
-fn held(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
+/// The locked joints that make a column not identifiable, in words.
+fn hiding_joint(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
     let names = model.regressor.coordinates();
     let locked: Vec<usize> = (0..limits.len()).filter(|&k| limits[k].locked.is_some()).collect();
     let shows = |free: &[usize]| {
@@ -265,12 +265,12 @@ fn held(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
     let list = |these: &[usize]| these.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", ");
     match (alone.as_slice(), shows(&locked)) {
         ([], true) => format!("locked: {}", list(&locked)),
-        ([], false) => "no motion shows it beside the others".into(),
+        ([], false) => "no motion separates it from the others".into(),
         (one, _) => format!("locked: {}", list(one)),
     }
 }
 
-/// The limit that holds back most the joint behind a parameter.
+/// The joint behind a parameter, and its limit that is nearest to its bound.
 fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
     let names = model.regressor.coordinates();
     let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.subject);
@@ -283,7 +283,7 @@ fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow])
 mod tests {
     use super::*;
     use crate::excitation::fourier_series::FourierSeries;
-    use crate::excitation::motion::Shape;
+    use crate::excitation::motion::MotionShape;
     use crate::excitation::search::tests::pendulum_limits;
     use crate::pendulum::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
@@ -291,11 +291,11 @@ mod tests {
     use random::Random;
 
     fn motion() -> Motion {
-        let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });
+        let shape = MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });
         Motion { rate: 50.0, repetitions: 2, shape, joints: vec![vec![0.2, 0.6, 0.1, 0.5, -0.3]] }
     }
 
-    /// Least squares on noisy torques of the motion deviate as predicted.
+    /// Least-squares estimates from noisy torques of the motion have the predicted standard deviations.
     #[test]
     fn deviations_are_those_of_least_squares() {
         let (arm, motion, limits) = (Pendulum::new(), motion(), [pendulum_limits()]);
@@ -324,7 +324,7 @@ mod tests {
         }
         for c in 0..4 {
             let (sigma, seen) = (predicted[c].deviation.unwrap(), squares[c].sqrt());
-            // The deviation of 200 draws is known to 1/sqrt(400) = 5 %: four of those.
+            // The standard deviation from 200 draws has a relative error of 1/sqrt(400) = 5 %: four of those.
             assert!((seen / sigma - 1.0).abs() < 0.2, "{c}: {seen} {sigma}");
             let relative = predicted[c].relative_deviation.unwrap();
             assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
@@ -336,7 +336,7 @@ mod tests {
             let (a, b) = (a.deviation.unwrap(), b.deviation.unwrap());
             assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         }
-        // As much again of one parameter is known: information adds.
+        // Prior information of the same amount on one parameter: information adds.
         let mut known = [0.0; 4];
         known[3] = 1.0 / predicted[3].deviation.unwrap();
         let both = visibility(&model, &motion, &limits, &noise, &described, &[], &known).parameters;

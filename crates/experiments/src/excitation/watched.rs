@@ -1,57 +1,58 @@
-//! Instants between those of a search at which torques are greatest: a start looks at them too.
+//! Torque peaks between the instants of a search: a start bounds them too.
 //!
-//! A search bounds torques at its own instants. Between them a chain of thirty joints reaches 1.12 times what it may, and to make
-//! its motion smaller by that takes nearly all of it, since most of the torque is gravity. So before each descent
-//! the peaks between the instants are found and their bounds added, as in the exchange methods of semi-infinite programs
-//! [Hettich, Kortanek 1993].
+//! A search bounds torques at its own instants. Between them a chain of thirty joints reaches 1.12 times its bound. Scaling the
+//! motion down by that excess would remove nearly all of it, since most of the torque is gravity. So before each descent the
+//! peaks between the instants are found and their bounds added, as in the exchange methods of semi-infinite programs [Hettich,
+//! Kortanek 1993].
 //!
-//! A peak that is beyond its bound already gets a bound of its own, a little above it, which comes down with the walls.
+//! A peak that already exceeds its bound gets a temporary bound slightly above the peak, which is lowered with the barriers.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::excitation::problem::Prepared;
 
-/// Instants for each one of the search.
-const FINER: usize = 8;
-/// Share of a bound at an instant of the search from which its neighbours are looked at.
-const LOOKED_AT_SHARE: f64 = 0.85;
-/// Share of a bound from which a peak is watched.
-const WATCHED_SHARE: f64 = 0.93;
-/// Share of a bound that is within it, with room for a step.
+/// Instants for each instant of the search.
+const FINER_FACTOR: usize = 8;
+/// Share of a bound at an instant of the search from which the neighbouring finer instants are evaluated.
+const EVALUATED_SHARE: f64 = 0.85;
+/// Share of a bound from which a peak is bounded.
+const PEAK_SHARE: f64 = 0.93;
+/// Share of a bound that counts as within it, with a distance that allows a step.
 const WITHIN_SHARE: f64 = 0.9995;
-/// What the bound of a peak beyond it is above the peak.
-const ABOVE_PEAK: f64 = 1.005;
+/// Temporary bound of a peak over the peak.
+const TEMPORARY_BOUND_RATIO: f64 = 1.005;
 
-/// The instants that one start watches: their number among the finer ones, and what their bounds are times.
+/// The bounded instants of one start: their number among the finer ones, and the factors of their bounds.
 #[derive(Default)]
 pub(crate) struct Watched {
     reliefs: BTreeMap<usize, f64>,
-    /// Whether any torque was near its bound at the last look.
+    /// Whether any torque was near its bound at the last evaluation.
     is_pressed: bool,
 }
 
 impl Watched {
-    /// Whether peaks may come up soon, so that they are to be looked for again.
+    /// Whether new peaks are likely, so that they must be searched again.
     pub(crate) fn is_pressed(&self) -> bool {
         self.is_pressed
     }
 
-    /// What the bound of the peak farthest beyond it is times; 1 where none is beyond.
+    /// The greatest factor of a bound; 1 where no peak exceeds its bound.
     pub(crate) fn relief(&self) -> f64 {
         self.reliefs.values().copied().fold(1.0, f64::max)
     }
 
-    /// The problem with the peaks of x watched beside those of before; `None` where none is.
+    /// The problem with the peaks of x bounded in addition to the earlier ones; `None` where there are none.
     pub(crate) fn renewed<'p>(&mut self, prepared: &Prepared<'p>, x: &[f64]) -> Option<Prepared<'p>> {
         let wall = prepared.problem.torque?;
         let limits = prepared.problem.limits;
         let near = |instants: &[usize]| {
-            let rows: Vec<[Vec<f64>; 3]> = instants.iter().map(|at| prepared.finer_instant(*at, FINER)).collect();
+            let rows: Vec<[Vec<f64>; 3]> =
+                instants.iter().map(|at| prepared.finer_instant(*at, FINER_FACTOR)).collect();
             let mut near = vec![vec![]; instants.len()];
             for (first, part) in rows.chunks(prepared.problem.samples.max(1)).enumerate() {
                 let states = prepared.states_at(part, x);
                 let rigid = prepared.rigid_torques(&states);
-                let held = wall.near(limits, &states, &rigid, &vec![1.0; part.len()], LOOKED_AT_SHARE);
+                let held = wall.near(limits, &states, &rigid, &vec![1.0; part.len()], EVALUATED_SHARE);
                 for held in held {
                     near[first * prepared.problem.samples + held.instant]
                         .push((2 * held.coordinate + usize::from(held.is_power()), held.share()));
@@ -59,7 +60,7 @@ impl Watched {
             }
             near
         };
-        let own: Vec<usize> = prepared.own_instants(FINER).collect();
+        let own: Vec<usize> = prepared.own_instants(FINER_FACTOR).collect();
         let near_own = near(&own);
         self.is_pressed = near_own.iter().any(|near| !near.is_empty());
         let looked_at: BTreeSet<usize> = own
@@ -67,7 +68,8 @@ impl Watched {
             .zip(&near_own)
             .filter(|(_, near)| !near.is_empty())
             .flat_map(|(at, _)| {
-                (1 - FINER as isize..FINER as isize).filter_map(|by| prepared.neighbour(*at, by, FINER))
+                (1 - FINER_FACTOR as isize..FINER_FACTOR as isize)
+                    .filter_map(|by| prepared.neighbour(*at, by, FINER_FACTOR))
             })
             .collect();
         let looked_at: Vec<usize> = looked_at.into_iter().collect();
@@ -80,26 +82,26 @@ impl Watched {
         let greatest = |at: usize| shares.get(&at).into_iter().flatten().map(|(_, share)| *share).fold(0.0, f64::max);
         for (&at, all) in shares.iter().filter(|(at, _)| !own.contains(at)) {
             let is_peak = all.iter().any(|&(k, share)| {
-                let [before, after] = [-1, 1].map(|by| of(prepared.neighbour(at, by, FINER), k));
-                share >= WATCHED_SHARE && share >= before && share > after
+                let [before, after] = [-1, 1].map(|by| of(prepared.neighbour(at, by, FINER_FACTOR), k));
+                share >= PEAK_SHARE && share >= before && share > after
             });
             if is_peak {
                 self.reliefs.entry(at).or_insert(f64::INFINITY);
             }
         }
-        self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER));
+        self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER_FACTOR));
         if self.is_pressed {
-            // A peak may come up anywhere in the next steps: with these it is a quarter as far beyond.
-            prepared.halfway_instants(FINER).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
+            // A peak may appear anywhere in the next steps: with these instants its excess is a quarter.
+            prepared.halfway_instants(FINER_FACTOR).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
         }
-        // A bound that is kept already is its own.
-        let above = |share: f64| if share < WITHIN_SHARE { 1.0 } else { ABOVE_PEAK * share };
+        // A bound that is already kept has the factor 1.
+        let above = |share: f64| if share < WITHIN_SHARE { 1.0 } else { TEMPORARY_BOUND_RATIO * share };
         self.reliefs.iter_mut().for_each(|(at, relief)| *relief = relief.min(above(greatest(*at))));
         if self.reliefs.is_empty() {
             return None;
         }
         let mut watching = prepared.clone();
-        watching.watch(self.reliefs.iter().map(|(at, relief)| (prepared.finer_instant(*at, FINER), *relief)));
+        watching.watch(self.reliefs.iter().map(|(at, relief)| (prepared.finer_instant(*at, FINER_FACTOR), *relief)));
         Some(watching)
     }
 }
@@ -107,15 +109,15 @@ impl Watched {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::criterion::Aim;
+    use crate::excitation::criterion::SearchObjective;
     use crate::excitation::fourier_series::FourierSeries;
     use crate::excitation::limits::CoordinateLimits;
-    use crate::excitation::motion::Shape;
+    use crate::excitation::motion::MotionShape;
     use crate::excitation::problem::Problem;
     use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
     use crate::pendulum::Pendulum;
 
-    /// A peak that six instants a period miss is watched, with a bound above it; a motion far from its bounds is left alone.
+    /// A peak that six instants a period miss is bounded, with a bound above it; a motion far from its bounds gets none.
     #[test]
     fn a_peak_between_instants_is_watched() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
@@ -127,16 +129,18 @@ mod tests {
                 friction: &[],
                 limits,
                 noise: &[0.1],
-                aim: Aim::Determinant,
+                aim: SearchObjective::Determinant,
                 torque: Some(&wall),
                 columns: &[true; 3],
-                shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 0.0, harmonics: 2 }),
+                shape: MotionShape::Fourier(FourierSeries { period: 5.0, blend: 0.0, harmonics: 2 }),
                 samples: 6,
                 surroundings: None,
                 prior: &[],
             };
             let prepared = Prepared::new(&problem);
-            let finest = (0..FINER * problem.samples).map(|at| prepared.finer_instant(at, FINER)).collect::<Vec<_>>();
+            let finest = (0..FINER_FACTOR * problem.samples)
+                .map(|at| prepared.finer_instant(at, FINER_FACTOR))
+                .collect::<Vec<_>>();
             let states = prepared.states_at(&finest, &x);
             let truth = wall.greatest(limits, &states, &prepared.rigid_torques(&states)).unwrap().0;
             let mut watched = Watched::default();
@@ -144,13 +148,13 @@ mod tests {
             (prepared.greatest_torque(&x).unwrap().0, truth, renewed, watched)
         };
         let (alone, ..) = seen(&of_effort(12.0));
-        // Its own instants are at 0.97 of this effort, those between beyond it.
+        // The instants of the search are at 0.97 of this effort, instants between them exceed it.
         let effort = of_effort((12.0 - 0.2 / 0.9) * alone / 0.97 + 0.2 / 0.9);
         let (alone, truth, renewed, watched) = seen(&effort);
         assert!((alone - 0.97).abs() < 1e-9 && truth > 1.0, "{alone} {truth}");
         assert!((renewed.unwrap() - truth).abs() < 1e-12, "{renewed:?} {truth}");
-        assert!((watched.relief() - ABOVE_PEAK * truth).abs() < 1e-12 && watched.is_pressed());
+        assert!((watched.relief() - TEMPORARY_BOUND_RATIO * truth).abs() < 1e-12 && watched.is_pressed());
         let (_, truth, renewed, watched) = seen(&of_effort(1000.0));
-        assert!(truth < LOOKED_AT_SHARE && renewed.is_none() && !watched.is_pressed() && watched.relief() == 1.0);
+        assert!(truth < EVALUATED_SHARE && renewed.is_none() && !watched.is_pressed() && watched.relief() == 1.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Motions that no plan has used: moves from point to point.
+//! Motions for validation, independent of any plan: moves from point to point.
 //!
 //! Each move is p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, with peaks 1.875 L/T and 5.7735 L/T^2; all
 //! joints share the T of the slowest.
@@ -7,10 +7,14 @@ use random::Random;
 
 use crate::motion::reference_motion::Reference;
 
-/// How far a validation motion goes.
+/// Peak velocity of a move over L/T.
+const PEAK_VELOCITY_FACTOR: f64 = 1.875;
+/// Peak acceleration of a move over L/T^2.
+const PEAK_ACCELERATION_FACTOR: f64 = 5.7735;
+/// The range and the limits of a validation motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidationMotion {
-    /// Points lie within this share of the range about its middle.
+    /// Share of the position range, about its middle, in which the points lie.
     pub range: f64,
     /// Share of the greatest velocity.
     pub velocity: f64,
@@ -27,14 +31,14 @@ impl Default for ValidationMotion {
 }
 
 impl ValidationMotion {
-    /// s that a move over `distance` takes within these limits.
+    /// Time of a move over `distance` within these limits, s.
     pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
-        let by_velocity = 1.875 * distance / (self.velocity * velocity);
-        by_velocity.max((5.7735 * distance / (self.acceleration * acceleration)).sqrt())
+        let by_velocity = PEAK_VELOCITY_FACTOR * distance / (self.velocity * velocity);
+        by_velocity.max((PEAK_ACCELERATION_FACTOR * distance / (self.acceleration * acceleration)).sqrt())
     }
 }
 
-/// Moves between random points. Limits one per coordinate: rad, rad/s, rad/s^2.
+/// Moves between random points. The limits are one per coordinate: rad, rad/s, rad/s^2; `sample_time` in s.
 pub fn validation_trajectory(
     motion: &ValidationMotion,
     position: &[(f64, f64)],
@@ -44,7 +48,7 @@ pub fn validation_trajectory(
     random: &mut Random,
 ) -> Reference {
     let n = position.len();
-    // A random point in the middle part `range` of each joint's limits.
+    // A random point within the share `range` of each joint's limits.
     let mut point = || -> Vec<f64> {
         let within = |&(low, high): &(f64, f64)| (0.5 * (low + high), 0.5 * motion.range * (high - low));
         position.iter().map(within).map(|(middle, half)| random.between(middle - half, middle + half)).collect()
@@ -59,7 +63,7 @@ pub fn validation_trajectory(
             (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;
         let time = count as f64 * sample_time;
-        // p(s) and its derivatives by t, s = t/T; the end of a move is the begin of the next.
+        // p(s) and its derivatives by t, s = t/T; each move starts where the previous one ends.
         for i in 0..count {
             let s = i as f64 / count as f64;
             let p = s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
@@ -74,7 +78,7 @@ pub fn validation_trajectory(
         }
         from = to;
     }
-    // The last move ends at rest in its point.
+    // The last move ends at rest at its point.
     for (k, q) in from.into_iter().enumerate() {
         r.q[k].push(q);
         r.dq[k].push(0.0);

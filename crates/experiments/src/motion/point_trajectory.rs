@@ -1,30 +1,30 @@
-//! A motion that others made: points in time, and how a controller goes from one to the next.
+//! A motion from another source: points in time, and the interpolation between them.
 //!
-//! Not here: how files of points are read.
+//! Not here: reading files of points.
 
-/// How a controller goes from point to point.
+/// The interpolation of a controller between points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Straight: velocities jump.
+    /// Linear in the position: velocities jump.
     Linear,
-    /// By positions and velocities: accelerations jump.
+    /// Matches positions and velocities: accelerations jump.
     Cubic,
-    /// By positions, velocities and accelerations: the jerk jumps.
+    /// Matches positions, velocities and accelerations: the jerk jumps.
     Quintic,
 }
 
 impl Interpolation {
-    /// All, with their words.
+    /// All interpolations, with their names.
     pub const ALL: [(Interpolation, &str); 3] =
         [(Interpolation::Linear, "linear"), (Interpolation::Cubic, "cubic"), (Interpolation::Quintic, "quintic")];
 
-    /// Its word.
+    /// The name of the interpolation.
     pub fn word(self) -> &'static str {
         Interpolation::ALL.into_iter().find(|(i, _)| *i == self).map_or("", |(_, word)| word)
     }
 }
 
-/// The points. Series are one per coordinate, all of one length.
+/// The points of a trajectory. Series are one per coordinate, all of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTrajectory {
     coordinates: Vec<String>,
@@ -34,16 +34,16 @@ pub struct PointTrajectory {
     accelerations: Option<Vec<Vec<f64>>>,
 }
 
-/// Most points of a trajectory: an hour at 1 kHz takes more, and longer to prove than anybody waits.
-const MOST_POINTS: usize = 400_000;
-/// The largest number, SI: of no robot, and small enough that a proof does not overflow.
+/// Greatest number of points of a trajectory: less than an hour at 1 kHz, and the longest that can be proved in acceptable time.
+const MAX_TRAJECTORY_POINTS: usize = 400_000;
+/// The largest number, SI: beyond every robot, and small enough that a proof does not overflow.
 const LARGEST_NUMBER: f64 = 1e6;
 
 impl PointTrajectory {
-    /// From series: s, rad (m) and their derivatives.
+    /// From series: times, s; positions, rad (m), and their derivatives.
     ///
-    /// Fails where there are fewer than two points or very many, where time does not go on, and where a number is not
-    /// finite or larger than a robot has.
+    /// Fails where there are fewer than two points or too many, where time does not increase, and where a number is not finite or
+    /// beyond every robot.
     pub fn new(
         coordinates: Vec<String>,
         times: Vec<f64>,
@@ -51,9 +51,10 @@ impl PointTrajectory {
         velocities: Option<Vec<Vec<f64>>>,
         accelerations: Option<Vec<Vec<f64>>>,
     ) -> Result<PointTrajectory, String> {
+        // A reader of files calls this: each message says which number is wrong.
         let count = times.len();
-        if !(2..=MOST_POINTS).contains(&count) {
-            return Err(format!("it has {count} points; expected are 2 to {MOST_POINTS}"));
+        if !(2..=MAX_TRAJECTORY_POINTS).contains(&count) {
+            return Err(format!("it has {count} points; expected are 2 to {MAX_TRAJECTORY_POINTS}"));
         }
         if let Some(i) = (1..count).find(|&i| times[i] <= times[i - 1]) {
             return Err(format!(
@@ -62,6 +63,7 @@ impl PointTrajectory {
                 times[i]
             ));
         }
+        // Each series has one finite number per joint and point.
         let all = [Some(&positions), velocities.as_ref(), accelerations.as_ref()];
         for (what, series) in ["positions", "velocities", "accelerations"].iter().zip(all) {
             let Some(series) = series else { continue };
@@ -80,9 +82,10 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// The coordinates of a model; those that the file does not move stand where `stands` says.
+    /// The points for the coordinates of a model; a coordinate that the file does not move stays at the position `stands(k)`, rad
+    /// (m).
     ///
-    /// Fails where the file moves a joint that is no coordinate, or nothing says where a coordinate stands.
+    /// Fails where the file moves a joint that is no coordinate, or where the position of a coordinate is not given.
     pub fn of_coordinates(
         self,
         names: &[String],
@@ -113,9 +116,9 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates: names.to_vec(), times: self.times, positions, velocities, accelerations })
     }
 
-    /// The interpolation that was asked for, or the smoothest that the points allow.
+    /// The interpolation that was requested, or the smoothest that the points allow.
     ///
-    /// Fails where the points have not what it needs.
+    /// Fails where the points lack the derivatives that it needs.
     pub fn interpolation(&self, asked: Option<Interpolation>) -> Result<Interpolation, String> {
         let needs =
             |what: &str| format!("an interpolation of this kind needs {what} at the points, and the file has none");
@@ -128,32 +131,32 @@ impl PointTrajectory {
         }
     }
 
-    /// Names, in the order of the series.
+    /// Names of the coordinates, in the order of the series.
     pub fn coordinates(&self) -> &[String] {
         &self.coordinates
     }
 
-    /// s.
+    /// Times of the points, s.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// rad (m).
+    /// Positions, rad (m).
     pub fn positions(&self) -> &[Vec<f64>] {
         &self.positions
     }
 
-    /// rad/s (m/s), where the file has them.
+    /// Velocities, rad/s (m/s), where the file has them.
     pub fn velocities(&self) -> Option<&[Vec<f64>]> {
         self.velocities.as_deref()
     }
 
-    /// rad/s^2 (m/s^2), where the file has them.
+    /// Accelerations, rad/s^2 (m/s^2), where the file has them.
     pub fn accelerations(&self) -> Option<&[Vec<f64>]> {
         self.accelerations.as_deref()
     }
 
-    /// Whether it begins and ends without velocity, as far as the points say.
+    /// Whether the velocity is zero at both ends; true where the file has no velocities.
     pub fn rests_at_its_ends(&self) -> bool {
         let last = self.times.len() - 1;
         self.velocities.as_ref().is_none_or(|v| v.iter().all(|v| v[0] == 0.0 && v[last] == 0.0))

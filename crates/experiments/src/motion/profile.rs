@@ -1,16 +1,16 @@
-//! The shape of a swing: bang-bang as the paper has it, or smooth with the same symmetry.
+//! The profile of a swing: bang-bang as in the paper, or smooth with the same symmetry.
 //!
-//! Both are odd about each quarter period and about each half. That makes friction of the moving joint
-//! orthogonal to its acceleration at odd harmonics (`exciting_trajectory`).
+//! Both are odd about each quarter period and about each half. Friction of the moving joint is therefore orthogonal to its
+//! acceleration at odd harmonics (`exciting_trajectory`).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2, for the bang-bang profile]
 
-/// The shape of a swing from A to B and back.
+/// The profile of a swing from A to B and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
     /// Square acceleration.
     BangBang,
-    /// A polynomial of degree seven each way: acceleration and jerk vanish at A and B.
+    /// A polynomial of degree seven in each direction: acceleration and jerk vanish at A and B.
     Smooth,
 }
 
@@ -24,8 +24,8 @@ impl Profile {
         }
     }
 
-    /// Position in [-1, 1] with its first and second derivative with respect to u = t/T, at u in
-    /// [0, 1). At a corner the acceleration is the mean of its two sides, as a Fourier series has it.
+    /// Position in [-1, 1] with its first and second derivative with respect to u = t/T, at u in [0, 1). At a corner the
+    /// acceleration is the mean of both sides, like the value of a Fourier series.
     pub fn at(self, u: f64) -> (f64, f64, f64) {
         match self {
             Profile::BangBang => {

@@ -1,4 +1,4 @@
-//! A reference motion, sampled, and the same motion between its samples.
+//! A sampled reference motion, and its interpolation between the samples.
 
 use std::ops::Range;
 
@@ -7,20 +7,20 @@ use std::ops::Range;
 pub struct Reference {
     /// Time between samples, s.
     pub sample_time: f64,
-    /// rad (m), one series a coordinate.
+    /// Positions, rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
-    /// rad/s (m/s).
+    /// Velocities, rad/s (m/s).
     pub dq: Vec<Vec<f64>>,
-    /// rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
     /// The samples that are used: whole periods, or the two sections of constant velocity.
     pub windows: Vec<Range<usize>>,
 }
 
 impl Reference {
-    /// The same motion with `parts` samples for each one, by quintics that meet q, dq and ddq at every sample.
+    /// The motion with `parts` samples for each one, by quintics that match q, dq and ddq at every sample.
     ///
-    /// Windows count the new samples. The motion stays as it is where `parts` is one.
+    /// Windows count the new samples. Where `parts` is one, the motion is unchanged.
     pub fn refined(&self, parts: usize) -> Reference {
         let count = self.q.first().map_or(0, Vec::len);
         if parts <= 1 || count == 0 {
@@ -52,10 +52,10 @@ impl Reference {
     }
 }
 
-/// Value and two derivatives at s of the quintic on 0..1 that has those of `ends` there.
+/// Value and two derivatives at s of the quintic on 0..1 that has the value and derivatives `ends` at 0 and 1.
 fn quintic(ends: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let [[x0, v0, a0], [x1, v1, a1]] = ends;
-    // The end less the parabola of the start.
+    // The end minus the parabola of the start.
     let (x, v, a) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
     let (c3, c4, c5) = (10.0 * x - 4.0 * v + 0.5 * a, -15.0 * x + 7.0 * v - a, 6.0 * x - 3.0 * v + 0.5 * a);
     [

@@ -1,8 +1,8 @@
-//! How many samples a motion may have.
+//! The greatest number of samples of a motion.
 //!
-//! A duration or a rate of another unit would make a motion whose samples take memory or time without end.
+//! A duration or a rate in a wrong unit would make a motion with more samples than memory or time allow.
 
-/// Samples of one motion: more than an hour at 1 kHz.
+/// Greatest number of samples of one motion: more than an hour at 1 kHz.
 pub(crate) const MAX_SAMPLES_PER_MOTION: f64 = 4e6;
 
 /// Refuses a motion of more than `MAX_SAMPLES_PER_MOTION`.

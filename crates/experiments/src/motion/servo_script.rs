@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use crate::motion::reference_motion::Reference;
 
-/// The text of a program; a controller has six joints, in the order of the coordinates.
+/// The text of a program for a controller with six joints, in the order of the coordinates.
 pub fn servo_script(reference: &Reference) -> String {
     let pose = |r: usize| {
         let cells: Vec<String> = reference.q.iter().map(|q| format!("{:.9}", q[r])).collect();
@@ -17,7 +17,7 @@ pub fn servo_script(reference: &Reference) -> String {
     let mut text =
         String::from("# Not tried on a controller: run it in the simulator first, then slowly.\ndef rist_motion():\n");
     if samples > 0 {
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         let _ = writeln!(text, "  movej({}, a=0.5, v=0.3)", pose(0));
     }
     for r in 0..samples {

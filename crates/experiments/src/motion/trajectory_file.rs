@@ -1,8 +1,8 @@
-//! Motions as files a controller can play.
+//! Motions as files that a controller can play.
 //!
-//! - CSV: `t, q_<coordinate>.., dq_<coordinate>.., ddq_<coordinate>..`, s, rad, rad/s, rad/s^2, at any rate.
+//! - CSV: `t, q_<coordinate>.., dq_<coordinate>.., ddq_<coordinate>..` in s, rad, rad/s, rad/s^2, at any rate.
 //! - ROS `trajectory_msgs/JointTrajectory` as YAML or JSON: joint_names, points with positions, velocities,
-//!   accelerations and time_from_start (sec, nanosec, as ROS 2 has it).
+//!   accelerations and time_from_start (sec, nanosec as in ROS 2).
 
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ pub enum TrajectoryFormat {
 }
 
 impl TrajectoryFormat {
-    /// The end of its files' names.
+    /// The extension of the file name.
     pub fn extension(self) -> &'static str {
         match self {
             TrajectoryFormat::Csv => "csv",
@@ -34,9 +34,9 @@ impl TrajectoryFormat {
 
 /// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
 ///
-/// The last point is the last sample of the motion. It comes sooner than 1/rate after the point before where the rate
-/// does not divide the motion. Between samples positions follow the cubic that has the positions and velocities of its
-/// neighbours. Velocities and accelerations are linear there.
+/// The last point is the last sample of the motion. Where the rate does not divide the motion, it follows the previous point by
+/// less than 1/rate. Between samples, positions follow the cubic with the positions and velocities of the two neighbours;
+/// velocities and accelerations are linear.
 pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64, format: TrajectoryFormat) -> String {
     let points = resampled(reference, rate);
     match format {
@@ -46,29 +46,33 @@ pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64,
     }
 }
 
-struct Point {
+/// Tolerance for the rounding of a number of points or samples.
+const COUNT_TOLERANCE: f64 = 1e-9;
+/// A point that is nearer to a sample, as a share of the sample time, is the sample.
+const SAME_SAMPLE_SHARE: f64 = 1e-6;
+struct TrajectoryPoint {
     t: f64,
     q: Vec<f64>,
     dq: Vec<f64>,
     ddq: Vec<f64>,
 }
 
-fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
+fn resampled(r: &Reference, rate: f64) -> Vec<TrajectoryPoint> {
     let count = r.q.first().map_or(0, Vec::len);
     if count == 0 || rate.is_nan() || rate <= 0.0 {
         return vec![];
     }
-    // As many points as fit; 1e-9 keeps the last one where rounding would lose it.
+    // The greatest number of points that fit; the tolerance keeps the last one in spite of rounding.
     let h = r.sample_time;
     let end = (count - 1) as f64 * h;
-    let points = (end * rate + 1e-9) as usize + 1;
-    // The sample i before t, and the share s of the way to the next.
+    let points = (end * rate + COUNT_TOLERANCE) as usize + 1;
+    // The sample i before t, and the position s in [0, 1] of t between i and the next sample.
     let at = |t: f64| {
-        let i = ((t / h + 1e-9) as usize).min(count - 1);
+        let i = ((t / h + COUNT_TOLERANCE) as usize).min(count - 1);
         let j = (i + 1).min(count - 1);
         let s = (t - i as f64 * h) / h;
-        let s = if s < 1e-6 { 0.0 } else { s.min(1.0) };
-        // Positions by the cubic of Hermite, so that they have the velocities of the reference.
+        let s = if s < SAME_SAMPLE_SHARE { 0.0 } else { s.min(1.0) };
+        // Positions by cubic Hermite interpolation, consistent with the velocities of the reference.
         let cubic = |k: usize| {
             let (a, b) = (r.q[k][i], r.q[k][j]);
             let (va, vb) = (h * r.dq[k][i], h * r.dq[k][j]);
@@ -77,15 +81,15 @@ fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
         };
         let linear = |x: &[Vec<f64>], k: usize| x[k][i] + s * (x[k][j] - x[k][i]);
         let n = 0..r.q.len();
-        Point {
+        TrajectoryPoint {
             t,
             q: n.clone().map(cubic).collect(),
             dq: n.clone().map(|k| linear(&r.dq, k)).collect(),
             ddq: n.map(|k| linear(&r.ddq, k)).collect(),
         }
     };
-    // A motion that ends at rest must end so in its file.
-    let last = Some(end).filter(|end| end - (points - 1) as f64 / rate > 1e-6 * h);
+    // A motion that ends at rest must end at rest in its file.
+    let last = Some(end).filter(|end| end - (points - 1) as f64 / rate > SAME_SAMPLE_SHARE * h);
     (0..points).map(|p| p as f64 / rate).chain(last).map(at).collect()
 }
 
@@ -93,7 +97,7 @@ fn list(x: &[f64]) -> String {
     x.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")
 }
 
-/// The line of the headers: the time, and `prefix_coordinate` of each prefix.
+/// The header line: the time, and `prefix_coordinate` for each prefix and coordinate.
 pub(crate) fn csv_header(prefixes: &[&str], coordinates: &[String]) -> String {
     let mut text = String::from("t");
     for prefix in prefixes {
@@ -103,11 +107,11 @@ pub(crate) fn csv_header(prefixes: &[&str], coordinates: &[String]) -> String {
     text + "\n"
 }
 
-fn csv(points: &[Point], coordinates: &[String]) -> String {
+fn csv(points: &[TrajectoryPoint], coordinates: &[String]) -> String {
     let mut text = csv_header(&["q", "dq", "ddq"], coordinates);
     let list = |x: &[f64]| list(x).replace(", ", ",");
     for p in points {
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         let _ = writeln!(text, "{:.6},{},{},{}", p.t, list(&p.q), list(&p.dq), list(&p.ddq));
     }
     text
@@ -118,7 +122,7 @@ fn split(t: f64) -> (u64, u64) {
     (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000)
 }
 
-fn yaml(points: &[Point], coordinates: &[String]) -> String {
+fn yaml(points: &[TrajectoryPoint], coordinates: &[String]) -> String {
     let names: Vec<String> = coordinates.iter().map(|c| quoted(c)).collect();
     let mut text = format!("joint_names: [{}]\npoints:\n", names.join(", "));
     for p in points {
@@ -131,9 +135,9 @@ fn yaml(points: &[Point], coordinates: &[String]) -> String {
     text
 }
 
-fn json(points: &[Point], coordinates: &[String]) -> String {
+fn json(points: &[TrajectoryPoint], coordinates: &[String]) -> String {
     let names: Vec<String> = coordinates.iter().map(|c| quoted(c)).collect();
-    let point = |p: &Point| {
+    let point = |p: &TrajectoryPoint| {
         let (seconds, nanoseconds) = split(p.t);
         format!(
             "    {{\"positions\": [{}], \"velocities\": [{}], \"accelerations\": [{}], \
@@ -147,7 +151,7 @@ fn json(points: &[Point], coordinates: &[String]) -> String {
     format!("{{\n  \"joint_names\": [{}],\n  \"points\": [\n{}\n  ]\n}}\n", names.join(", "), points.join(",\n"))
 }
 
-/// A string of JSON, which is one of YAML too.
+/// A string in JSON, which is also valid YAML.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -197,11 +201,11 @@ mod tests {
             let text = trajectory_file(&reference, &names, 100.0, format);
             let read: JointTrajectory = serde_yaml::from_str(&text).unwrap();
             assert_eq!(read.joint_names, names);
-            // The last point is that of the last sample.
+            // The last point has the time of the last sample.
             assert_eq!(read.points.len(), (reference.q[0].len() - 1).div_ceil(10) + 1);
             let p = &read.points[57];
             assert_eq!((p.time_from_start.sec, p.time_from_start.nanosec), (0, 570_000_000));
-            // Each sample is itself.
+            // Each point equals its sample.
             assert!((p.positions[1] - reference.q[1][570]).abs() < 1e-12);
             assert_eq!(p.velocities[1], reference.dq[1][570]);
             assert_eq!(p.accelerations.len(), 2);
@@ -220,7 +224,7 @@ mod tests {
             // At most 1 rad/s over one sample.
             assert!((cells[2] - reference.q[1][i]).abs() <= 1.001e-3);
         }
-        // 70 Hz does not divide the motion, and its last sample is the last point all the same.
+        // 70 Hz does not divide the motion; its last sample is still the last point.
         let text = trajectory_file(&reference, &names, 70.0, TrajectoryFormat::Csv);
         let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|c| c.parse().unwrap()).collect();
         let end = reference.q[0].len() - 1;

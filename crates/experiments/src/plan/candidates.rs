@@ -1,8 +1,8 @@
-//! The experiments a plan may choose from: every kind of motion about a grid of configurations.
+//! The experiments that a plan may choose from: every kind of motion about a grid of configurations.
 //!
-//! A and B from the limits, for a fast joint with a_max, v_max, the range available about the
-//! centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small (bang-bang;
-//! a smooth profile has its own peak factors):
+//! Positions A and B follow from the limits, for a fast joint with a_max, v_max, the range available about the centre, the
+//! bandwidth f_bw of its controller and its smallest smooth velocity v_small (bang-bang; a smooth profile has other peak
+//! factors):
 //!
 //! inertial, coupling   f_P = min(f_bw/4, a_max/(4 v_small)),  L = a_max T^2/16: greatest
 //! acceleration at low velocity; L at least 200 encoder counts
@@ -11,27 +11,29 @@
 //!
 //! mixed                T the geometric mean of the two
 //!
-//! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
-//! acceleration and never raises it. Slow joints move by v_small T/4.
+//! L is cut to the range; T is rounded up to a multiple of four samples at this L, so the acceleration only decreases. Slow
+//! joints move by v_small T/4.
 //!
-//! A motion that a [`Permission`] refuses, for its torques or for bodies that meet, is tried with lower accelerations.
+//! Where a [`Permission`] refuses a motion, for its torques or a collision of bodies, lower accelerations are tried.
 //!
-//! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], with exact equations.
 
 use linear_model::regressor::Regressor;
 use logs::Error;
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use numerics::interruption::Interruption;
 use processor::{in_order, threads};
 use random::Random;
 
 use crate::motion::profile::Profile;
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, MovingJoints, SWEEP_ACCELERATION, SwingCourse};
+use crate::plan::exciting_trajectory::{
+    ExcitingTrajectory, JointMotion, MovingJoints, SWEEP_ACCELERATION, SwingCourse,
+};
 use crate::plan::measured_motion::MeasuredMotion;
 use crate::plan::motion_count::kinds_of;
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::paper_rows::{gravity_rows, spectral_rows};
-use crate::plan::permission::{Anything, Permission};
+use crate::plan::permission::{AllowAll, Permission};
 
 /// The limits of a coordinate; rad, rad/s, rad/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,61 +44,79 @@ pub struct MotionLimits {
     pub velocity: f64,
     /// Largest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Smallest velocity without stick-slip.
+    /// Smallest velocity without stick-slip, rad/s (m/s).
     pub slow_velocity: f64,
     /// Bandwidth of the position controller, Hz.
     pub bandwidth: f64,
-    /// Encoder quantum.
+    /// Encoder quantum, rad (m).
     pub quantum: f64,
 }
 
-/// The grid on which the candidates lie.
+/// The grid of the candidates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
-    /// How swings change their velocity.
+    /// Profile of the velocity of a swing.
     pub profile: Profile,
-    /// Configurations a coordinate, between its limits less a tenth on each side.
+    /// Configurations a coordinate, between its limits with a margin of a tenth of the range on each side.
     pub steps: usize,
-    /// At most this many configurations a motion; beyond, that many are drawn from the grid.
+    /// At most this number of configurations a motion; beyond, this number is drawn from the grid.
     pub configurations: usize,
     /// Seconds recorded in one experiment.
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Gravity sweeps are of use: the robot is not balanced.
+    /// Whether gravity sweeps are informative: the robot is not balanced.
     pub gravity: bool,
     /// Seed of the choice among configurations.
     pub seed: u64,
 }
 
-/// A motion with the rows that it would give.
+/// A motion with its predicted rows.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// The motion.
     pub trajectory: ExcitingTrajectory,
-    /// Rows as the paper has them, N m per unit: for criterion (15).
-    pub raw: Rows,
-    /// The same over their standard deviations: for the determinant.
-    pub information: Rows,
+    /// The unscaled rows of the paper, N m per unit: for criterion (15).
+    pub raw: WeightedRows,
+    /// The rows over their standard deviations: for the determinant.
+    pub information: WeightedRows,
 }
 
-/// Longest sweep in one direction, s. It is two and a half times what is recorded of another motion where that is
-/// longer.
+/// Longest sweep in one direction, s, or [`SWEEP_PER_RECORD`] times the recorded time where that is longer.
 ///
-/// Slow axes sweep only a part of their way.
+/// A slow axis sweeps only a section of its range.
 const LONGEST_SWEEP_S: f64 = 10.0;
-
+/// Longest sweep in one direction over the recorded time of another motion.
+const SWEEP_PER_RECORD: f64 = 2.5;
+/// Share of the range about the centre that a sweep uses.
+const SWEEP_RANGE_SHARE: f64 = 1.8;
+/// Times of settling in the shortest sweep, both ends, s.
+const SHORTEST_CRUISE_S: f64 = 0.4;
 /// Least stroke of a periodic motion, in encoder counts.
 const SMALLEST_STROKE_COUNTS: f64 = 200.0;
+/// Instants a period at which the rows of a swing are predicted.
+const INSTANTS_PER_PERIOD: usize = 200;
+/// Least ratio of a controller's bandwidth to the frequency of a swing.
+const BANDWIDTH_RATIO: f64 = 4.0;
+/// Share of a coordinate's range, at each end, that centres of motions keep free.
+const RANGE_MARGIN: f64 = 0.1;
+/// Change of a coordinate for the test whether the regressor depends on it, rad (m).
+const DEPENDENCE_STEP: f64 = 0.7;
+/// Random states of that test.
+const DEPENDENCE_STATES: usize = 4;
+/// Relative change of an entry of the regressor that counts in that test.
+const DEPENDENCE_TOLERANCE: f64 = 1e-9;
+/// Rounding of a period over four sample times.
+const PERIOD_ROUNDING: f64 = 1e-9;
 
 impl Candidate {
-    /// The rows of a motion that follows its reference exactly; `noise`: N m a sample and coordinate.
+    /// The rows of a motion that follows its reference exactly; `noise`: standard deviation a sample, N m, one a coordinate.
     pub fn new(trajectory: ExcitingTrajectory, regressor: &dyn Regressor, noise: &[f64]) -> Candidate {
         let n = trajectory.centre.len();
         match &trajectory.motion {
-            Motion::Swing { profile, period, half_range, periods, .. } => {
-                // 200 instants a period are enough, since the rows use the first two harmonics only.
-                let (count, t) = (200, *period as f64 * trajectory.sample_time);
+            JointMotion::Swing { profile, period, half_range, periods, .. } => {
+                // These instants are enough, since the rows use the first two harmonics only.
+                let (count, t) = (INSTANTS_PER_PERIOD, *period as f64 * trajectory.sample_time);
                 let series = |value: &dyn Fn(usize, (f64, f64, f64)) -> f64| -> Vec<Vec<f64>> {
                     let at = |i: usize| profile.at(i as f64 / count as f64);
                     (0..n).map(|k| (0..count).map(|i| value(k, at(i))).collect()).collect()
@@ -107,17 +127,17 @@ impl Candidate {
                     ddq: series(&|k, p| half_range[k] * p.2 / (t * t)),
                 };
                 let mut one_period = trajectory.clone();
-                if let Motion::Swing { period, .. } = &mut one_period.motion {
+                if let JointMotion::Swing { period, .. } = &mut one_period.motion {
                     *period = count;
                 }
-                // The noise of 200 instants that stand for all samples recorded.
+                // The noise of these instants, which stand for all recorded samples.
                 let share = (count as f64 / (periods * period) as f64).sqrt();
                 let noise: Vec<f64> = noise.iter().map(|s| s * share).collect();
                 let zero = vec![vec![0.0; count]; n];
                 let block = spectral_rows(&one_period, regressor, &motion, &zero, &noise);
                 Candidate { trajectory, information: block.weighted(), raw: block.rows }
             }
-            Motion::Sweep { .. } => {
+            JointMotion::Sweep { .. } => {
                 let reference = trajectory.reference();
                 let motion = MeasuredMotion::of_reference(&reference);
                 let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
@@ -131,23 +151,24 @@ impl Candidate {
     }
 }
 
-/// Times that a motion which is refused is tried with a lower acceleration, and what each leaves of it.
-const MOST_SLOWER: i32 = 6;
-const SLOWER: f64 = 0.7;
-/// Configurations drawn for each that is taken.
-const MOST_DRAWS: usize = 10;
+/// Lower accelerations that are tried for a refused motion.
+const MAX_SLOWER_TRIALS: i32 = 6;
+/// Ratio of the acceleration of one trial to the trial before.
+const ACCELERATION_RATIO: f64 = 0.7;
+/// Configurations drawn for each accepted one, at most.
+const DRAWS_PER_CONFIGURATION: usize = 10;
 
-/// Every motion of the grid that the limits allow and that shows anything; none where the work is interrupted.
+/// Every motion of the grid within the limits that has any information; empty where the work is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
     regressor: &dyn Regressor,
     noise: &[f64],
 ) -> Vec<Candidate> {
-    permitted_candidates(grid, limits, regressor, noise, &Anything)
+    permitted_candidates(grid, limits, regressor, noise, &AllowAll)
 }
 
-/// Those of [`candidates`] that a permission lets pass, some at lower accelerations.
+/// The motions of [`candidates`] that a permission accepts, some at lower accelerations.
 pub fn permitted_candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -160,7 +181,7 @@ pub fn permitted_candidates(
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let motions = kinds_of(fast, n, grid.gravity);
-        // Each motion draws from a stream of its own, whatever the others draw.
+        // Each motion draws from its own random stream, independent of the draws of the others.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             if Interruption::check().is_err() {
                 return vec![];
@@ -171,7 +192,7 @@ pub fn permitted_candidates(
             }
         }
     }
-    // Rows of the regressor for all of them, on all processors; what shows nothing is left out.
+    // Rows of the regressor for all of them, on all processors; motions without information are left out.
     let mut found = Vec::new();
     let rows = |_, trajectory: &ExcitingTrajectory| {
         let permitted = permitted(grid, limits, trajectory, permission)?;
@@ -185,7 +206,7 @@ pub fn permitted_candidates(
     done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
-/// The motion of some joints; `None` when it would be too short.
+/// The motion of some joints about a centre; `None` where it would be too short.
 fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     match joints.kind {
         MotionKind::Gravity => sweep(grid, limits, joints),
@@ -193,7 +214,7 @@ fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     }
 }
 
-/// A motion, or the same with as low an acceleration as lets it pass; `None` where none does.
+/// A motion, or the motion with the highest lower acceleration that is permitted; `None` where none is.
 fn permitted(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -205,8 +226,8 @@ fn permitted(
     }
     let ExcitingTrajectory { kind, fast, slow, centre, .. } = motion;
     let joints = MovingJoints { kind: *kind, fast: *fast, slow, centre };
-    let slower = (1..=MOST_SLOWER).filter_map(|k| {
-        let lower = |l: &MotionLimits| MotionLimits { acceleration: SLOWER.powi(k) * l.acceleration, ..*l };
+    let slower = (1..=MAX_SLOWER_TRIALS).filter_map(|k| {
+        let lower = |l: &MotionLimits| MotionLimits { acceleration: ACCELERATION_RATIO.powi(k) * l.acceleration, ..*l };
         let limits: Vec<MotionLimits> = limits.iter().map(lower).collect();
         about(grid, &limits, &joints)
     });
@@ -218,9 +239,11 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
     let &MovingJoints { kind, fast, slow, centre } = joints;
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
-    // T of the greatest acceleration at low velocity, and of the greatest velocity, from the head.
-    let low_velocity = (4.0 / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
-    let high_velocity = (a_factor / v_factor * limit.velocity / limit.acceleration).max(4.0 / limit.bandwidth);
+    // T at the greatest acceleration and low velocity, and at the greatest velocity, from the equations at the top.
+    let low_velocity =
+        (BANDWIDTH_RATIO / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
+    let high_velocity =
+        (a_factor / v_factor * limit.velocity / limit.acceleration).max(BANDWIDTH_RATIO / limit.bandwidth);
     let t = match kind {
         MotionKind::Inertial | MotionKind::Coupling => low_velocity,
         MotionKind::Centrifugal => high_velocity,
@@ -230,7 +253,7 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
     // L within acceleration, velocity and range; T in multiples of four samples.
     let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
     let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
-    let period = 4 * ((t / (4.0 * grid.sample_time) - 1e-9).ceil() as usize).max(2);
+    let period = 4 * ((t / (4.0 * grid.sample_time) - PERIOD_ROUNDING).ceil() as usize).max(2);
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
     // Slow joints need room for v_small T / v_factor, the fast one enough counts of its encoder.
@@ -255,18 +278,18 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     let limit = &limits[fast];
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
     let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
-    let longest = LONGEST_SWEEP_S.max(2.5 * grid.duration) * velocity;
-    let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
-    // The ramps, and 0.15 s of settling that is not used.
-    let least = velocity * velocity / ramps + 0.4 * velocity;
+    let longest = LONGEST_SWEEP_S.max(SWEEP_PER_RECORD * grid.duration) * velocity;
+    let room = longest.min(SWEEP_RANGE_SHARE * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
+    // The ramps, and at both ends settling times that are not used.
+    let least = velocity * velocity / ramps + SHORTEST_CRUISE_S * velocity;
     let mut found = ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time);
-    if let Motion::Sweep { acceleration, .. } = &mut found.motion {
+    if let JointMotion::Sweep { acceleration, .. } = &mut found.motion {
         *acceleration = ramps;
     }
     (room > least).then_some(found)
 }
 
-/// Whether Y depends on each coordinate. It does not on that of a first axis along gravity.
+/// Whether Y depends on each coordinate. It does not depend on the coordinate of a first axis along gravity.
 fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -> Vec<bool> {
     let (n, p) = (limits.len(), regressor.parameters().len());
     let mut random = Random::new(1);
@@ -274,14 +297,14 @@ fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -
     let mut z = vec![0.0; n * p];
     (0..n)
         .map(|k| {
-            (0..4).any(|_| {
+            (0..DEPENDENCE_STATES).any(|_| {
                 let mut q: Vec<f64> = limits.iter().map(|l| random.between(l.position.0, l.position.1)).collect();
                 let dq: Vec<f64> = (0..n).map(|_| random.normal()).collect();
                 let ddq: Vec<f64> = (0..n).map(|_| random.normal()).collect();
                 regressor.fill(&q, &dq, &ddq, &mut y);
-                q[k] += 0.7;
+                q[k] += DEPENDENCE_STEP;
                 regressor.fill(&q, &dq, &ddq, &mut z);
-                y.iter().zip(&z).any(|(a, b)| (a - b).abs() > 1e-9 * (1.0 + a.abs()))
+                y.iter().zip(&z).any(|(a, b)| (a - b).abs() > DEPENDENCE_TOLERANCE * (1.0 + a.abs()))
             })
         })
         .collect()
@@ -300,10 +323,10 @@ fn configurations(
     let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
     let at = |k: usize, i: usize| {
         let (low, high) = limits[k].position;
-        let (low, high) = (low + 0.1 * (high - low), high - 0.1 * (high - low));
+        let (low, high) = (low + RANGE_MARGIN * (high - low), high - RANGE_MARGIN * (high - low));
         if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
     };
-    // All points of the grid where they are few enough, else random ones of them.
+    // All points of the grid where their number allows, else random points of it.
     let point = |mut index: usize| -> Vec<f64> {
         let one = |k: usize| {
             let i = index % steps[k];
@@ -315,7 +338,7 @@ fn configurations(
     if total <= grid.configurations {
         return (0..total).map(point).filter(|q| permission.pose(q)).collect();
     }
-    let drawn = (0..MOST_DRAWS * grid.configurations)
+    let drawn = (0..DRAWS_PER_CONFIGURATION * grid.configurations)
         .map(|_| (0..n).map(|k| at(k, random.index(steps[k]))).collect::<Vec<f64>>());
     drawn.filter(|q| permission.pose(q)).take(grid.configurations).collect()
 }
@@ -331,8 +354,8 @@ mod tests {
             swing(&grid(), &limits(), &MovingJoints { kind, fast: 0, slow, centre: &[0.0; 3] }).unwrap()
         };
         let period = |t: &ExcitingTrajectory| match t.motion {
-            Motion::Swing { period, .. } => period,
-            Motion::Sweep { .. } => 0,
+            JointMotion::Swing { period, .. } => period,
+            JointMotion::Sweep { .. } => 0,
         };
         // 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, up to a multiple of four samples.
         assert_eq!(period(&about(MotionKind::Inertial, &[])), 400);

@@ -1,31 +1,31 @@
-//! How good a plan can be at all: bounds that hold for every plan from the same candidates.
+//! Bounds on the quality of any plan from the same candidates.
 //!
-//! For weights w on the candidates, M(w) = sum w_i F_i, and every other weights w*:
+//! For weights w on the candidates, M(w) = sum w_i F_i, and any other weights w*:
 //!
 //! log det M(w*) - log det M(w) <= max_i tr(F_i M(w)^-1) - p     [Kiefer, Wolfowitz 1960]
 //!
 //! so a plan of N experiments has D-efficiency
 //! (det F / det(N M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
 //!
-//! cond_fro^2 = tr F tr F^-1 does not change with the scale of F, so blocks are brought to unit
-//! trace and, for any w, cond_fro^2 >= (tr M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
+//! cond_fro^2 = tr F tr F^-1 is independent of the scale of F. With blocks scaled to unit trace, for any w, cond_fro^2 >= (tr
+//! M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
 //!
-//! The weights are found by the multiplicative rule w_i <- w_i tr(F_i M^-1)/p and then by exchange
-//! between the best and the worst candidate of the support, with an exact line search; for the
-//! second bound by w_i <- w_i sqrt(tr(F_i M^-2)). Both bounds hold wherever the iteration stops.
+//! The weights are found by the multiplicative rule w_i <- w_i tr(F_i M^-1)/p and then by exchange between the best and the worst
+//! candidate of the support, with an exact line search; for the second bound by w_i <- w_i sqrt(tr(F_i M^-2)). Both bounds hold
+//! at every iteration.
 
 use nalgebra::{DMatrix, SymmetricEigen};
-use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
+use numerics::information_matrix::{InformationFactor, InformationMatrix, WeightedRows};
 use numerics::interruption::Interruption;
 
 use crate::plan::exchange::scales;
 
-/// An approximate design and the proof of its quality.
+/// An approximate design with a bound on its quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateDesign {
-    /// Weights, one a candidate, with the sum 1.
+    /// Weights, one a candidate; their sum is 1.
     pub weights: Vec<f64>,
-    /// log det M(w); minus infinity when the candidates together have not full rank.
+    /// log det M(w); minus infinity where the candidates together lack full rank.
     pub log_det: f64,
     /// No design exceeds log_det + gap.
     pub gap: f64,
@@ -38,19 +38,26 @@ pub struct ApproximateDesign {
 pub struct ConditionBound {
     /// The proved bound.
     pub bound: f64,
-    /// The value that an approximate design reaches.
+    /// The value of sqrt(tr F tr F^-1) of the best approximate design found.
     pub reached: f64,
 }
+/// Iterations of the multiplicative rule, before exchanges between the best and the worst candidate.
+const MULTIPLICATIVE_ITERATIONS: usize = 300;
+/// A candidate with a smaller weight is not in the support.
+const SUPPORT_WEIGHT: f64 = 1e-12;
+/// Bisections of the line search.
+const LINE_SEARCH_BISECTIONS: usize = 60;
 
-/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`; interrupted, as far as it came: any w gives a bound.
-pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> ApproximateDesign {
-    let p = blocks.first().map_or(0, Rows::width);
+/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`. Interrupted, it gives the bound of the current w.
+pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ApproximateDesign {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
-    let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
+    let blocks: Vec<WeightedRows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
     let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
     let mut out = vec![0.0; p];
     for iteration in 0..iterations {
+        // d_i = tr(F_i M^-1); no design gains more than max d_i - p.
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let best = argmax(&d, |_| true);
@@ -58,13 +65,13 @@ pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> 
         if gap < tolerance || iteration + 1 == iterations || Interruption::check().is_err() {
             return ApproximateDesign { weights: w, log_det: factor.log_det - log_scale, gap, iterations: iteration };
         }
-        if iteration < 300 {
+        if iteration < MULTIPLICATIVE_ITERATIONS {
             w.iter_mut().zip(&d).for_each(|(w, d)| *w *= d / p as f64);
             let sum: f64 = w.iter().sum();
             w.iter_mut().for_each(|w| *w /= sum);
         } else {
             let negative: Vec<f64> = d.iter().map(|d| -d).collect();
-            let worst = argmax(&negative, |i| w[i] > 1e-12);
+            let worst = argmax(&negative, |i| w[i] > SUPPORT_WEIGHT);
             let t = line_search(&factor, &blocks[best], &blocks[worst], w[worst]);
             w[best] += t;
             w[worst] = (w[worst] - t).max(0.0);
@@ -73,17 +80,17 @@ pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> 
     ApproximateDesign { weights: w, log_det: f64::NEG_INFINITY, gap: f64::INFINITY, iterations: 0 }
 }
 
-/// D-efficiency that a plan of `count` experiments with this log det F certainly has.
+/// Lower bound of the D-efficiency of a plan of `count` experiments with this log det F.
 pub fn certified_efficiency(log_det: f64, count: usize, p: usize, bound: &ApproximateDesign) -> f64 {
     let p = p as f64;
     ((log_det - p * (count as f64).ln() - bound.log_det - bound.gap) / p).exp()
 }
 
-/// Lowers tr M(w)^-1 until the bound is within `tolerance` (relative, of its square), or gives up.
-pub fn condition_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> ConditionBound {
-    let p = blocks.first().map_or(0, Rows::width);
-    let unit = |b: &Rows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
-    let blocks: Vec<Rows> = blocks.iter().filter(|b| b.trace() > 0.0).map(unit).collect();
+/// Lowers tr M(w)^-1 until the bound is within `tolerance` (relative, of its square), or for `iterations`.
+pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ConditionBound {
+    let p = blocks.first().map_or(0, WeightedRows::width);
+    let unit = |b: &WeightedRows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
+    let blocks: Vec<WeightedRows> = blocks.iter().filter(|b| b.trace() > 0.0).map(unit).collect();
     let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
     let mut best = ConditionBound { bound: 0.0, reached: f64::INFINITY };
     for _ in 0..iterations {
@@ -109,8 +116,8 @@ pub fn condition_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> Co
     best
 }
 
-fn design(blocks: &[Rows], w: &[f64]) -> InformationMatrix {
-    let p = blocks.first().map_or(0, Rows::width);
+fn design(blocks: &[WeightedRows], w: &[f64]) -> InformationMatrix {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     InformationMatrix::sum(p, 0.0, blocks.iter().zip(w.iter().copied()).filter(|(_, w)| *w > 0.0))
 }
 
@@ -124,7 +131,7 @@ fn argmax(values: &[f64], allowed: impl Fn(usize) -> bool) -> usize {
 }
 
 /// The step t in [0, limit] that maximises log det(M + t (F_gain - F_lose)).
-pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, limit: f64) -> f64 {
+pub(crate) fn line_search(factor: &InformationFactor, gain: &WeightedRows, lose: &WeightedRows, limit: f64) -> f64 {
     let p = gain.width();
     let mut g = DMatrix::<f64>::zeros(p, p);
     let mut z = vec![0.0; p];
@@ -138,6 +145,7 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
             }
         }
     }
+    // d/dt log det(M + t G) = sum_i e_i / (1 + t e_i), with the eigenvalues e of M^-1/2 G M^-1/2.
     let e = SymmetricEigen::new(g).eigenvalues;
     let slope = |t: f64| {
         let positive = e.iter().all(|e| 1.0 + t * e > 0.0);
@@ -147,7 +155,7 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
         return limit;
     }
     let (mut low, mut high) = (0.0, limit);
-    for _ in 0..60 {
+    for _ in 0..LINE_SEARCH_BISECTIONS {
         let t = 0.5 * (low + high);
         if slope(t) > 0.0 { low = t } else { high = t }
     }
@@ -157,13 +165,13 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::exchange::{Criterion, Search, exchange, value_of};
+    use crate::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
     use crate::plan::test_plans::random_blocks;
 
-    /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half at each end.
-    fn line() -> Vec<Rows> {
+    /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half of its weight at each end.
+    fn line() -> Vec<WeightedRows> {
         let point = |i: usize| {
-            let mut rows = Rows::new(2);
+            let mut rows = WeightedRows::new(2);
             rows.push(&[1.0, -1.0 + i as f64 / 5.0]);
             rows
         };
@@ -190,7 +198,7 @@ mod tests {
         let c = condition_bound(&blocks, 1e-3, 3000);
         assert!(d.gap <= 1e-3);
         for count in [3, 6, 40] {
-            let search = Search { starts: 4, ..Search::default() };
+            let search = SearchEffort { starts: 4, ..SearchEffort::default() };
             let found = exchange(&blocks, count, Criterion::Determinant, &search, &|_, _, _| ());
             assert!(certified_efficiency(found.value, count, 5, &d) <= 1.0);
             let found = exchange(&blocks, count, Criterion::FrobeniusCondition, &search, &|_, _, _| ());

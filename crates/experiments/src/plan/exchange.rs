@@ -1,7 +1,7 @@
-//! Which experiments to run: exchange on blocks of rows, from many starts.
+//! The choice of experiments: exchange on blocks of rows, from many starts.
 //!
 //! An experiment gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. Each start
-//! exchanges the experiment at every position for the best candidate until none gains, by
+//! exchanges the experiment at every position for the best candidate until no exchange improves the criterion, by
 //!
 //! det(F + W'W) = det F det(I + W F^-1 W'),
 //! tr (F + W'W)^-1 = tr F^-1 - tr((I + W F^-1 W')^-1 W F^-2 W').
@@ -11,11 +11,11 @@
 //! | greatest log det F | information rows | [Fedorov 1972] |
 //! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
-//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and the first
-//! of the best wins, so the number of threads changes nothing. `certificate` bounds how far the plan is from the best
-//! possible.
+//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and of equal results the
+//! first is taken, so the result is independent of the number of threads. `certificate` bounds the distance of the plan from the
+//! best possible.
 
-use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
+use numerics::information_matrix::{InformationFactor, InformationMatrix, WeightedRows};
 use numerics::interruption::Interruption;
 use processor::in_parallel;
 use random::Random;
@@ -29,38 +29,38 @@ pub enum Criterion {
     FrobeniusCondition,
 }
 
-/// The effort of the search.
+/// The limits of the search.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Search {
-    /// Random plans the search starts from.
+pub struct SearchEffort {
+    /// Number of random initial plans.
     pub starts: usize,
-    /// At most this many passes over the positions in a start.
+    /// Greatest number of passes over the positions in a start.
     pub sweeps: usize,
-    /// Threads that share the starts; the result does not depend on them.
+    /// Threads that share the starts; the result is independent of them.
     pub threads: usize,
     /// Seed of the random plans.
     pub seed: u64,
-    /// Nodes of the branch and bound that follows, at most; 0: none.
+    /// Greatest number of nodes of the branch and bound that follows; 0: none.
     pub nodes: usize,
-    /// Share of the D-efficiency. A gap below it ends the branch and bound.
+    /// Relative gap of the D-efficiency at which the branch and bound ends.
     pub tolerance: f64,
 }
 
-impl Default for Search {
-    fn default() -> Search {
-        Search { starts: 12, sweeps: 100, threads: 2, seed: 1, nodes: 0, tolerance: 1e-3 }
+impl Default for SearchEffort {
+    fn default() -> SearchEffort {
+        SearchEffort { starts: 12, sweeps: 100, threads: 2, seed: 1, nodes: 0, tolerance: 1e-3 }
     }
 }
 
-/// Which plan is looked for, and how.
+/// The number of experiments, the criterion, and the limits of the search.
 #[derive(Clone, Debug)]
-pub struct Choice {
+pub struct ExchangeSettings {
     /// Number of experiments.
     pub count: usize,
-    /// What is best.
+    /// The criterion that is maximised.
     pub criterion: Criterion,
     /// The effort of the search.
-    pub search: Search,
+    pub search: SearchEffort,
 }
 
 /// The best plan found.
@@ -68,37 +68,39 @@ pub struct Choice {
 pub struct Selection {
     /// Indices of candidates, ascending; a candidate may be run twice.
     pub chosen: Vec<usize>,
-    /// Value of the criterion, without the ridge; minus infinity when the plan has not full rank.
+    /// Value of the criterion, without the ridge; minus infinity where the plan lacks full rank.
     pub value: f64,
     /// Value reached by each start, in order.
     pub starts: Vec<f64>,
 }
 
-/// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks rank.
+/// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks full rank.
 const RELATIVE_RIDGE: f64 = 1e-9;
 
-/// Blocks between two looks at whether the search goes on: some milliseconds.
-const BLOCKS_BETWEEN_LOOKS: usize = 64;
+/// Blocks between two checks for an interruption: some milliseconds.
+const BLOCKS_PER_CHECK: usize = 64;
+/// A smaller relative gain is rounding.
+const LEAST_RELATIVE_GAIN: f64 = 1e-10;
 
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
 ///
-/// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the
-/// best plan found until then.
+/// `progress` receives (starts done, number of starts, best value) from one thread at a time. Interrupted, it gives the best plan
+/// found so far.
 pub fn exchange(
-    blocks: &[Rows],
+    blocks: &[WeightedRows],
     count: usize,
     criterion: Criterion,
-    search: &Search,
+    search: &SearchEffort,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Selection {
-    let p = blocks.first().map_or(0, Rows::width);
+    let p = blocks.first().map_or(0, WeightedRows::width);
     if p == 0 || count == 0 {
         return Selection { chosen: vec![], value: f64::NEG_INFINITY, starts: vec![] };
     }
     let scaled = equilibrated(blocks, criterion);
     let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
     let interruption = Interruption::here();
-    // A start depends on its number alone, whichever thread it runs on.
+    // A start depends on its number alone, not on its thread.
     let start = |s: usize| {
         let mut random = Random::stream(search.seed, s as u64);
         let found = interruption.during(|| one_start(&scaled, count, criterion, search.sweeps, &mut random));
@@ -120,14 +122,14 @@ pub fn exchange(
 }
 
 /// log det F of a plan, or - log cond_fro; minus infinity without full rank.
-pub fn value_of(blocks: &[Rows], chosen: &[usize], criterion: Criterion) -> f64 {
-    let p = blocks.first().map_or(0, Rows::width);
+pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion) -> f64 {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
     match criterion {
         Criterion::Determinant => {
-            // Equilibrated, so that poor units do not look like a lost rank.
+            // Equilibrated, so that poorly scaled units are not taken for a lack of rank.
             let scale = scales(p, of_plan());
-            let scaled: Vec<Rows> = of_plan().map(|b| b.scaled(&scale)).collect();
+            let scaled: Vec<WeightedRows> = of_plan().map(|b| b.scaled(&scale)).collect();
             let factor = InformationMatrix::sum(p, 0.0, scaled.iter().map(|b| (b, 1.0))).factor();
             factor.map_or(f64::NEG_INFINITY, |f| f.log_det - 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>())
         }
@@ -138,14 +140,14 @@ pub fn value_of(blocks: &[Rows], chosen: &[usize], criterion: Criterion) -> f64 
     }
 }
 
-/// Divides columns by their root mean square, so that the ridge is small for each. Criterion (15) takes the
-/// columns as they are; only their trace is brought to one.
-fn equilibrated(blocks: &[Rows], criterion: Criterion) -> Vec<Rows> {
-    let p = blocks.first().map_or(0, Rows::width);
+/// Divides columns by their root mean square, so that the ridge is small for each. For criterion (15) the columns keep their
+/// relative scale; only their mean trace is scaled to one.
+fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRows> {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = match criterion {
         Criterion::Determinant => scales(p, blocks.iter()),
         Criterion::FrobeniusCondition => {
-            let trace: f64 = blocks.iter().map(Rows::trace).sum::<f64>() / (blocks.len() * p) as f64;
+            let trace: f64 = blocks.iter().map(WeightedRows::trace).sum::<f64>() / (blocks.len() * p) as f64;
             vec![1.0 / trace.sqrt().max(f64::MIN_POSITIVE); p]
         }
     };
@@ -153,7 +155,7 @@ fn equilibrated(blocks: &[Rows], criterion: Criterion) -> Vec<Rows> {
 }
 
 /// 1 / root mean square over blocks of each column; 1 for a column of zeros.
-pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Vec<f64> {
+pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a WeightedRows>) -> Vec<f64> {
     let (mut squares, mut count) = (vec![0.0; p], 0);
     for b in blocks {
         count += 1;
@@ -165,7 +167,7 @@ pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Vec<f64> 
 }
 
 fn one_start(
-    blocks: &[Rows],
+    blocks: &[WeightedRows],
     count: usize,
     criterion: Criterion,
     sweeps: usize,
@@ -184,7 +186,7 @@ fn one_start(
         (Some(l), Criterion::FrobeniusCondition) => -0.5 * (f.trace() * l.trace_of_inverse()).ln(),
     };
     let mut best = value(&plan(&chosen, None));
-    let mut work = Work::default();
+    let mut work = ExchangeWork::default();
     for _ in 0..sweeps {
         let mut gained = false;
         for at in 0..count {
@@ -195,12 +197,12 @@ fn one_start(
             let Some(factor) = rest.factor() else { continue };
             let gain = Gain::new(&rest, &factor, criterion);
             for (i, block) in blocks.iter().enumerate() {
-                if i % BLOCKS_BETWEEN_LOOKS == 0 && Interruption::check().is_err() {
+                if i % BLOCKS_PER_CHECK == 0 && Interruption::check().is_err() {
                     break;
                 }
                 let v = gain.with(block, &mut work);
-                // A smaller gain is rounding, and the exchange would cycle.
-                if v > best + 1e-10 * best.abs().max(1.0) {
+                // Exchanges for a gain within rounding would cycle.
+                if v > best + LEAST_RELATIVE_GAIN * best.abs().max(1.0) {
                     best = v;
                     chosen[at] = i;
                     gained = true;
@@ -214,7 +216,7 @@ fn one_start(
     (chosen, best)
 }
 
-/// The criterion of F + W'W for any W, from what F alone gives.
+/// The criterion of F + W'W for any W, from quantities of F alone.
 struct Gain<'a> {
     factor: &'a InformationFactor,
     criterion: Criterion,
@@ -225,7 +227,7 @@ struct Gain<'a> {
 }
 
 #[derive(Default)]
-struct Work {
+struct ExchangeWork {
     whitened: Vec<f64>,
     small: Vec<f64>,
     right: Vec<f64>,
@@ -240,7 +242,7 @@ impl<'a> Gain<'a> {
         Gain { factor, criterion, trace: f.trace(), trace_of_inverse: factor.trace_of_inverse(), between }
     }
 
-    fn with(&self, block: &Rows, work: &mut Work) -> f64 {
+    fn with(&self, block: &WeightedRows, work: &mut ExchangeWork) -> f64 {
         let (p, m) = (block.width(), block.len());
         // Z = L^-1 W', m rows of p; S = I + Z'Z, m x m.
         work.whitened.resize(m * p, 0.0);
@@ -311,8 +313,8 @@ mod tests {
     use super::*;
     use crate::plan::test_plans::random_blocks;
 
-    fn search(threads: usize) -> Search {
-        Search { starts: 6, threads, ..Search::default() }
+    fn search(threads: usize) -> SearchEffort {
+        SearchEffort { starts: 6, threads, ..SearchEffort::default() }
     }
 
     #[test]
@@ -324,7 +326,7 @@ mod tests {
             let gain = Gain::new(&rest, &factor, criterion);
             for i in 5..8 {
                 let direct = value_of(&blocks, &[0, 1, 2, 3, 4, i], criterion);
-                assert!((gain.with(&blocks[i], &mut Work::default()) - direct).abs() < 1e-9);
+                assert!((gain.with(&blocks[i], &mut ExchangeWork::default()) - direct).abs() < 1e-9);
             }
         }
     }

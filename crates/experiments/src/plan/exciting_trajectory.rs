@@ -1,4 +1,4 @@
-//! The motions of one experiment: a fast joint, perhaps slow companions, the others locked.
+//! The motions of one experiment: a fast joint, possibly with slow joints, the others locked.
 //!
 //! A periodic motion swings between A and B: the acceleration is +a on [0, T/4), -a on
 //! [T/4, 3T/4), +a on [3T/4, T), so with L = |B - A|
@@ -10,8 +10,8 @@
 //! | Inertial (1) | greatest acceleration | none | equation (8) |
 //! | Centrifugal (2) | greatest velocity | one | (10) |
 //! | Coupling (3) | as Inertial | one | (11) |
-//! | Mixed (1+2+3) | between the two | all that are carried | (8), (10), (11) |
-//! | Gravity (4) | constant slow velocity, forth and back | none | (13) |
+//! | Mixed (1+2+3) | between the two | all joints behind it | (8), (10), (11) |
+//! | Gravity (4) | constant slow velocity, there and back | none | (13) |
 //!
 //! Slow joints move with the period and the phase of the fast one. Every profile has the odd
 //! half-wave symmetry q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), so that
@@ -27,27 +27,27 @@ use crate::plan::motion_kind::MotionKind;
 
 /// The motion of the joints that move.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Motion {
+pub enum JointMotion {
     /// Whole periods between centre - half_range and centre + half_range.
     Swing {
-        /// How the swing changes its velocity.
+        /// Profile of the velocity.
         profile: Profile,
         /// Samples of one period.
         period: usize,
-        /// (B - A)/2 a coordinate, rad; 0: locked.
+        /// (B - A)/2 a coordinate, rad (m); 0: locked.
         half_range: Vec<f64>,
         /// Periods before the record begins.
         transient_periods: usize,
         /// Periods recorded.
         periods: usize,
     },
-    /// Forth and back over `range` at a constant velocity.
+    /// There and back over `range` at a constant velocity.
     Sweep {
-        /// Length of the sweep, rad.
+        /// Length of the sweep, rad (m).
         range: f64,
-        /// Constant velocity, rad/s.
+        /// Constant velocity, rad/s (m/s).
         velocity: f64,
-        /// Acceleration of the ramps at the ends, rad/s^2.
+        /// Acceleration of the ramps at the ends, rad/s^2 (m/s^2).
         acceleration: f64,
         /// Time dropped after each ramp, until the controller has settled, s.
         settling: f64,
@@ -57,45 +57,45 @@ pub enum Motion {
 /// The motion of one experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitingTrajectory {
-    /// Which torques it shows.
+    /// The torques that it excites.
     pub kind: MotionKind,
     /// Coordinate of the fast joint, or of the only one that moves.
     pub fast: usize,
-    /// Coordinates of its slow companions.
+    /// Coordinates of the slow joints.
     pub slow: Vec<usize>,
-    /// Middle of the motion, and where the locked joints stand, rad.
+    /// Middle of the motion, and position of the locked joints, rad (m).
     pub centre: Vec<f64>,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// How the fast joint moves.
-    pub motion: Motion,
+    /// The swing or the sweep.
+    pub motion: JointMotion,
 }
 
-/// The joints that move in an experiment, and where.
+/// The joints that move in an experiment, and the centre of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingJoints<'a> {
-    /// Which torques the motion shows.
+    /// The torques that the motion excites.
     pub kind: MotionKind,
     /// Coordinate of the fast joint, or of the only one that moves.
     pub fast: usize,
-    /// Coordinates of its slow companions.
+    /// Coordinates of the slow joints.
     pub slow: &'a [usize],
-    /// Middle of the motion, and where the locked joints stand, rad.
+    /// Middle of the motion, and position of the locked joints, rad (m).
     pub centre: &'a [f64],
 }
 
-/// The course of a swing in time.
+/// Profile, period and amplitudes of a swing.
 #[derive(Clone, Copy, Debug)]
 pub struct SwingCourse<'a> {
-    /// How the swing changes its velocity.
+    /// Profile of the velocity.
     pub profile: Profile,
     /// Samples of one period.
     pub period: usize,
-    /// Peak acceleration of the fast joint, rad/s^2.
+    /// Peak acceleration of the fast joint, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Peak velocity of each coordinate where it is a slow one, rad/s.
+    /// Peak velocity of each coordinate where it is a slow one, rad/s (m/s).
     pub slow_velocity: &'a [f64],
-    /// s recorded: as many whole periods as fit, and one at least.
+    /// Recorded time, s, rounded down to whole periods, with one period at least.
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
@@ -120,7 +120,7 @@ impl Projector {
     }
 }
 
-/// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, the same).
+/// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, projector of the fast joint).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
     /// The joint whose torque is projected.
@@ -133,9 +133,15 @@ pub struct SpectralEquation {
 pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
 /// Rest at the ends of a sweep, s.
 const SWEEP_REST_S: f64 = 0.1;
+/// Time after each ramp of a sweep until the controller has settled, s.
+const SWEEP_SETTLING_S: f64 = 0.15;
+/// Periods before the record of a swing begins.
+const TRANSIENT_PERIODS: usize = 2;
+/// Relative tolerance for the rounding of a number of periods.
+const PERIODS_TOLERANCE: f64 = 1e-9;
 
 impl ExcitingTrajectory {
-    /// The swing of some joints on a course.
+    /// The swing of some joints with the given profile, period and amplitudes.
     pub fn swing(joints: &MovingJoints, course: &SwingCourse) -> ExcitingTrajectory {
         let &MovingJoints { kind, fast, slow, centre } = joints;
         let &SwingCourse { profile, period, acceleration, slow_velocity, duration, sample_time } = course;
@@ -146,15 +152,15 @@ impl ExcitingTrajectory {
         for &l in slow {
             half_range[l] = 0.5 * slow_velocity[l] * t / v_factor;
         }
-        // Never fewer than a whole period; 1e-9 forgives a duration that is a multiple but for rounding.
-        let periods = ((duration / t + 1e-9) as usize).max(1);
+        // At least one whole period; the tolerance absorbs the rounding of a duration that is a multiple of the period.
+        let periods = ((duration / t + PERIODS_TOLERANCE) as usize).max(1);
         ExcitingTrajectory {
             kind,
             fast,
             slow: slow.to_vec(),
             centre: centre.to_vec(),
             sample_time,
-            motion: Motion::Swing { profile, period, half_range, transient_periods: 2, periods },
+            motion: JointMotion::Swing { profile, period, half_range, transient_periods: TRANSIENT_PERIODS, periods },
         }
     }
 
@@ -166,7 +172,12 @@ impl ExcitingTrajectory {
             slow: vec![],
             centre: centre.to_vec(),
             sample_time,
-            motion: Motion::Sweep { range, velocity, acceleration: SWEEP_ACCELERATION, settling: 0.15 },
+            motion: JointMotion::Sweep {
+                range,
+                velocity,
+                acceleration: SWEEP_ACCELERATION,
+                settling: SWEEP_SETTLING_S,
+            },
         }
     }
 
@@ -175,7 +186,7 @@ impl ExcitingTrajectory {
         std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
     }
 
-    /// The paper's equations of this experiment; none for gravity, whose rows are those of (13).
+    /// The paper's equations of this experiment; none for gravity, which has the rows of (13).
     pub fn equations(&self) -> Vec<SpectralEquation> {
         let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
         let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };
@@ -199,23 +210,22 @@ impl ExcitingTrajectory {
 
     fn samples(&self) -> usize {
         match &self.motion {
-            Motion::Swing { period, transient_periods, periods, .. } => period * (transient_periods + periods),
-            Motion::Sweep { range, velocity, acceleration, .. } => {
+            JointMotion::Swing { period, transient_periods, periods, .. } => period * (transient_periods + periods),
+            JointMotion::Sweep { range, velocity, acceleration, .. } => {
                 let one_way = velocity / acceleration + range / velocity;
                 ((2.0 * one_way + 4.0 * SWEEP_REST_S) / self.sample_time).ceil() as usize
             }
         }
     }
 
-    /// The samples that are used: whole periods after the transients, or each direction's section of
-    /// constant velocity.
+    /// The samples that are used: whole periods after the transients, or for each direction the section of constant velocity.
     pub fn windows(&self) -> Vec<Range<usize>> {
         match &self.motion {
-            Motion::Swing { period, transient_periods, periods, .. } => {
+            JointMotion::Swing { period, transient_periods, periods, .. } => {
                 let start = transient_periods * period;
                 std::iter::once(start..start + periods * period).collect()
             }
-            Motion::Sweep { range, velocity, acceleration, settling } => {
+            JointMotion::Sweep { range, velocity, acceleration, settling } => {
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
                 let window = |start: f64| {
                     let first = ((start + ramp + settling) / self.sample_time).floor() as usize + 1;
@@ -238,8 +248,8 @@ impl ExcitingTrajectory {
             windows: self.windows(),
         };
         match &self.motion {
-            // A swing: half the range times the profile, of all moving joints in phase.
-            Motion::Swing { profile, period, half_range, .. } => {
+            // A swing: half the range times the profile, all moving joints in phase.
+            JointMotion::Swing { profile, period, half_range, .. } => {
                 let t = *period as f64 * h;
                 for i in 0..count {
                     let (p, dp, ddp) = profile.at((i % period) as f64 / *period as f64);
@@ -250,8 +260,8 @@ impl ExcitingTrajectory {
                     }
                 }
             }
-            // A sweep: up with a ramp of velocity, a cruise and a ramp down, the same way back after a rest.
-            Motion::Sweep { range, velocity, acceleration, .. } => {
+            // A sweep: up with a ramp of velocity, a constant velocity and a ramp down; after a rest, the same path back.
+            JointMotion::Sweep { range, velocity, acceleration, .. } => {
                 let k = self.fast;
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
                 let cruise = all - 2.0 * ramp;

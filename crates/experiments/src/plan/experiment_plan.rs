@@ -1,17 +1,17 @@
-//! The artefact of planning: which experiments to run, what each adds, how good the set is.
+//! The artefact of planning: the experiments to run, the contribution of each, and the quality of the set.
 //!
-//! Experiments are in the order in which each adds the most; the figures are predictions for motions
-//! that follow their reference, with the torque noise named in the file.
+//! Each experiment in the order is the one that adds the most to the experiments before it. The figures are predictions for
+//! motions that follow their reference, with the torque noise stated in the file.
 
 use std::fmt;
 
 use claims::significant;
-use linear_model::artefact::{self, Kind, Seal};
+use linear_model::artefact::{self, ArtefactKind, Checksum};
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use logs::Error;
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{InformationMatrix, WeightedRows};
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;
 use serde::{Deserialize, Serialize};
@@ -19,88 +19,96 @@ use serde::{Deserialize, Serialize};
 use crate::motion::profile::Profile;
 use crate::plan::candidates::Candidate;
 use crate::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use crate::plan::exchange::{Choice, Criterion, exchange, scales, value_of};
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::plan::exchange::{Criterion, ExchangeSettings, exchange, scales, value_of};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::plan_proof::PlanProof;
 use crate::plan::planned_experiment::{
     CandidateMotion, PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
 };
-use crate::plan::proof_search::{Work, registered};
+use crate::plan::proof_search::{SearchBudget, registered};
 use crate::plan::ranges::check_motion;
 
-/// A plan and what it promises.
+/// A plan with its predicted quality.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentPlan {
-    /// The robot it was made for.
+    /// The robot of the plan.
     pub model: ModelReference,
     /// Names, in the order of q.
     pub coordinates: Vec<String>,
-    /// Whether the file that it was read from is as rist wrote it.
+    /// Whether the checksum of the file that it was read from matches.
     #[serde(skip)]
-    pub seal: Seal,
-    /// s between samples of the controller.
+    pub checksum: Checksum,
+    /// Sample time of the controller, s.
     pub sample_time_s: f64,
-    /// Assumed deviation of one torque sample, N m, one per coordinate.
+    /// Assumed standard deviation of one torque sample, N m, one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// Number of motions it was chosen from.
+    /// Number of motions that it was chosen from.
     pub candidates: usize,
     /// `determinant` or `frobenius_condition`.
     pub criterion: String,
-    /// det F to the power 1/p, over that of the best plan of as many experiments, is at least this.
+    /// Lower bound of (det F)^(1/p) over its value for the best plan of the same number of experiments.
     pub d_efficiency_at_least: f64,
     /// The proof of a bound of log det F, where a branch and bound was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
     /// The condition of equation (15) for this plan.
     pub cond_fro: f64,
-    /// No plan of these candidates has a smaller condition.
+    /// Lower bound of the condition of any plan of these candidates.
     pub cond_fro_at_least: f64,
-    /// Number of parameters that the plan shows.
+    /// Number of parameters that the plan makes identifiable.
     pub rank: usize,
-    /// In the order in which each adds the most.
+    /// Each adds the most to the experiments before it.
     pub experiments: Vec<PlannedExperiment>,
     /// Parameters in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,
 }
 
+/// Tolerance of the bounds on the determinant and on the condition.
+const DESIGN_TOLERANCE: f64 = 1e-2;
+/// Iterations of each of these bounds, at most.
+const DESIGN_ITERATIONS: usize = 2000;
+/// Ridge for the order of experiments while their information matrix lacks full rank.
+const ORDER_RIDGE: f64 = 1e-6;
+/// Least number of samples in a period of a swing.
+const MIN_PERIOD_SAMPLES: usize = 8;
 impl ExperimentPlan {
-    /// Chooses among the candidates and certifies the choice. `progress`: starts done, starts, best value.
+    /// Chooses among the candidates and bounds the quality of the choice. `progress`: starts done, number of starts, best value.
     pub fn choose(
         model: ModelReference,
         regressor: &dyn Regressor,
         candidates: &[Candidate],
         torque_noise: &[f64],
-        choice: &Choice,
+        choice: &ExchangeSettings,
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
-        let Choice { count, criterion, search } = choice;
-        // The determinant is of rows over their noise, the condition of the paper's raw rows.
-        let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
-        let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
+        let ExchangeSettings { count, criterion, search } = choice;
+        // The determinant uses rows over their noise, the condition the unscaled rows of the paper.
+        let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
+        let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();
         let blocks = match criterion {
             Criterion::Determinant => &information,
             Criterion::FrobeniusCondition => &raw,
         };
-        // A good plan by exchange, then a proven one by branch and bound where that is asked.
+        // A good plan by exchange, then a proven one by branch and bound where requested.
         let mut chosen = exchange(blocks, *count, *criterion, search, progress).chosen;
-        let bound = determinant_bound(&information, 1e-2, 2000);
-        let work = Work { nodes: search.nodes, tolerance: search.tolerance };
+        let bound = determinant_bound(&information, DESIGN_TOLERANCE, DESIGN_ITERATIONS);
+        let work = SearchBudget { nodes: search.nodes, tolerance: search.tolerance };
         let is_asked = *criterion == Criterion::Determinant && search.nodes > 0;
         let proven = registered().ok().filter(|_| is_asked).and_then(|prove| prove(&information, &chosen, &work));
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
         }
         let motions = candidates.iter().map(|c| written(&c.trajectory, regressor.coordinates()));
-        // What the plan is worth: its condition, its determinant, and the deviations it predicts.
-        let condition = condition_bound(&raw, 1e-2, 2000);
+        // The quality of the plan: its condition, its determinant, and the predicted standard deviations.
+        let condition = condition_bound(&raw, DESIGN_TOLERANCE, DESIGN_ITERATIONS);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
         ExperimentPlan {
             model,
             coordinates: regressor.coordinates().to_vec(),
-            seal: Seal::Whole,
+            checksum: Checksum::Whole,
             sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
             torque_noise: torque_noise.to_vec(),
             candidates: candidates.len(),
@@ -109,7 +117,7 @@ impl ExperimentPlan {
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
             d_efficiency_at_least: {
-                // The better of two certificates: of the relaxed design, and of the search tree.
+                // The better of two bounds: from the relaxed design, and from the search tree.
                 let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))
@@ -125,14 +133,14 @@ impl ExperimentPlan {
 
     /// The motions, in order.
     ///
-    /// Fails where the file names an unknown coordinate or kind, where a number of a motion is out of range, and where
-    /// the name of an experiment is not that of a log file of its own.
+    /// Fails where the file names an unknown coordinate or kind, where a number of a motion is out of range, and where the name
+    /// of an experiment is not the name of a separate log file.
     pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
         check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
-    /// One of [`ExperimentPlan::trajectories`].
+    /// The motion of one experiment; fails like [`ExperimentPlan::trajectories`].
     pub fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
         let n = self.coordinates.len();
         let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
@@ -146,6 +154,7 @@ impl ExperimentPlan {
             let words: Vec<&str> = MotionKind::ALL.iter().map(|k| k.word()).collect();
             return fail(format!("there is no kind `{}`; there are {}", e.kind, words.join(", ")));
         };
+        // A swing or a sweep, with numbers that are checked below.
         let motion = match (&e.swing, &e.sweep) {
             (Some(s), None) => {
                 let profile = match s.profile.as_str() {
@@ -153,10 +162,10 @@ impl ExperimentPlan {
                     "smooth" => Profile::Smooth,
                     other => return fail(format!("there is no profile `{other}`; there are bang_bang and smooth")),
                 };
-                if s.period_samples < 8 || s.periods == 0 || s.half_range.len() != n {
+                if s.period_samples < MIN_PERIOD_SAMPLES || s.periods == 0 || s.half_range.len() != n {
                     return fail(format!("a swing has at least 8 samples a period, one period, {n} half ranges"));
                 }
-                Motion::Swing {
+                JointMotion::Swing {
                     profile,
                     period: s.period_samples,
                     half_range: s.half_range.clone(),
@@ -164,7 +173,7 @@ impl ExperimentPlan {
                     periods: s.periods,
                 }
             }
-            (None, Some(s)) => Motion::Sweep {
+            (None, Some(s)) => JointMotion::Sweep {
                 range: s.range_rad,
                 velocity: s.velocity_rad_per_s,
                 acceleration: s.acceleration_rad_per_s2,
@@ -183,30 +192,31 @@ impl ExperimentPlan {
             sample_time: self.sample_time_s,
             motion,
         };
+        // A number out of range is usually a wrong unit or a wrong digit.
         match check_motion(&trajectory) {
             Ok(()) => Ok(trajectory),
             Err(what) => fail(what),
         }
     }
 
-    /// The parameters the plan says nothing about.
+    /// The parameters that are not identifiable with the plan.
     pub fn unidentifiable(&self) -> Vec<ParameterId> {
         self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.id.clone()).collect()
     }
 
     /// The text of plan.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Plan, self.seal, self).map_err(Error::new)
+        artefact::write(ArtefactKind::Plan, self.checksum, self).map_err(Error::new)
     }
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
-        let plan: ExperimentPlan = artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(ExperimentPlan { seal: Seal::of(text), ..plan })
+        let plan: ExperimentPlan = artefact::read(ArtefactKind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(ExperimentPlan { checksum: Checksum::of(text), ..plan })
     }
 }
 
-/// The parameters with the deviations that a fit of the experiments gives them.
+/// The parameters with the standard deviations that a fit of the experiments predicts.
 fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<PredictedParameter> {
     let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
         id: ParameterId::Base(base.name.clone()),
@@ -216,11 +226,12 @@ fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<Predicted
     parameters.iter().enumerate().map(parameter).collect()
 }
 
-/// A motion as a file has it.
+/// A motion in the form of a plan file.
 fn written(t: &ExcitingTrajectory, coordinates: &[String]) -> CandidateMotion {
     let name = |&k: &usize| coordinates[k].clone();
+    // Exactly one of the two entries is written.
     let (swing, sweep) = match &t.motion {
-        Motion::Swing { profile, period, half_range, transient_periods, periods } => {
+        JointMotion::Swing { profile, period, half_range, transient_periods, periods } => {
             let profile = match profile {
                 Profile::BangBang => "bang_bang",
                 Profile::Smooth => "smooth",
@@ -234,7 +245,7 @@ fn written(t: &ExcitingTrajectory, coordinates: &[String]) -> CandidateMotion {
             };
             (Some(swing), None)
         }
-        Motion::Sweep { range, velocity, acceleration, settling } => {
+        JointMotion::Sweep { range, velocity, acceleration, settling } => {
             let sweep = PlannedSweep {
                 range_rad: *range,
                 velocity_rad_per_s: *velocity,
@@ -260,20 +271,20 @@ fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> Plan
     PlannedExperiment { name, kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// Greedy: the experiment that adds the most comes next. `names_candidates`: each says which candidate it is.
+/// Greedy order: the experiment that adds the most comes next. `names_candidates`: each experiment names its candidate.
 fn in_order(
     regressor: &dyn Regressor,
     candidates: &[Candidate],
-    information: &[Rows],
+    information: &[WeightedRows],
     mut left: Vec<usize>,
     names_candidates: bool,
 ) -> Vec<PlannedExperiment> {
     let p = regressor.parameters().len();
     let scale = scales(p, left.iter().map(|&i| &information[i]));
     let value = |chosen: &[usize]| {
-        let rows: Vec<Rows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
-        // The ridge stands for experiments still to come. It is used for the order only.
-        let f = InformationMatrix::sum(p, 1e-6, rows.iter().map(|r| (r, 1.0)));
+        let rows: Vec<WeightedRows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
+        // The ridge stands for the experiments that are not yet chosen. It affects the order only.
+        let f = InformationMatrix::sum(p, ORDER_RIDGE, rows.iter().map(|r| (r, 1.0)));
         f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
     };
     let (mut chosen, mut found): (Vec<usize>, Vec<PlannedExperiment>) = (vec![], vec![]);
@@ -303,11 +314,11 @@ fn in_order(
     found
 }
 
-fn pick(blocks: &[Rows], chosen: &[usize]) -> Vec<Rows> {
+fn pick(blocks: &[WeightedRows], chosen: &[usize]) -> Vec<WeightedRows> {
     chosen.iter().map(|&i| blocks[i].clone()).collect()
 }
 
-fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Solution {
+fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a WeightedRows>) -> Solution {
     let mut block = TriangleBuilder::new(p);
     for row in blocks.flat_map(|b| b.iter().collect::<Vec<_>>()) {
         block.push(row, 0.0);
@@ -343,7 +354,7 @@ impl fmt::Display for ExperimentPlan {
     }
 }
 
-/// Their names, one blank between.
+/// The names of parameters, separated by blanks.
 fn names(parameters: &[ParameterId]) -> String {
     parameters.iter().map(ParameterId::to_string).collect::<Vec<_>>().join(" ")
 }
@@ -353,14 +364,17 @@ mod tests {
     use super::*;
     use crate::pendulum::Pendulum;
     use crate::plan::candidates::candidates;
-    use crate::plan::exchange::Search;
+    use crate::plan::exchange::SearchEffort;
     use crate::plan::test_plans::{grid, limits};
 
     fn plan(count: usize) -> ExperimentPlan {
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
-        let choice =
-            Choice { count, criterion: Criterion::Determinant, search: Search { starts: 4, ..Search::default() } };
+        let choice = ExchangeSettings {
+            count,
+            criterion: Criterion::Determinant,
+            search: SearchEffort { starts: 4, ..SearchEffort::default() },
+        };
         let found = candidates(&grid(), &limits()[..1], &arm, &noise);
         ExperimentPlan::choose(model, &arm, &found, &noise, &choice, &|_, _, _| ())
     }

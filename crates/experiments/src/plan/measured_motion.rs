@@ -1,17 +1,17 @@
-//! A measured motion as the equations of the spectrum see it: positions and their derivatives over whole periods.
+//! A measured motion for the equations of the spectrum: positions and their derivatives over whole periods.
 
 use linear_model::regressor::Regressor;
 
 use crate::motion::reference_motion::Reference;
 
-/// A motion as measured: q, dq, ddq, one series a coordinate, rad, rad/s, rad/s^2.
+/// A measured motion: q, dq, ddq, one series a coordinate.
 #[derive(Clone, Debug, Default)]
 pub struct MeasuredMotion {
-    /// rad (m), one series a coordinate.
+    /// Positions, rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
-    /// rad/s (m/s).
+    /// Velocities, rad/s (m/s).
     pub dq: Vec<Vec<f64>>,
-    /// rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
 }
 
@@ -28,13 +28,13 @@ impl MeasuredMotion {
         MeasuredMotion { q: cut(&reference.q), dq: cut(&reference.dq), ddq: cut(&reference.ddq) }
     }
 
-    /// Whole periods differentiated by central differences wrapped around.
+    /// Whole periods q with time step `h` s, differentiated by periodic central differences.
     pub fn by_differences(q: &[Vec<f64>], h: f64) -> MeasuredMotion {
         let (dq, ddq) = q.iter().map(|q| numerics::fourier::circular_differences(q, h)).unzip();
         MeasuredMotion { q: q.to_vec(), dq, ddq }
     }
 
-    /// One period each, kept and differentiated up to a harmonic.
+    /// One period a coordinate with time step `h` s, filtered to the harmonics up to `highest` and differentiated.
     pub fn by_harmonics(period: &[Vec<f64>], h: f64, highest: usize) -> MeasuredMotion {
         let mut motion = MeasuredMotion::default();
         for q in period {

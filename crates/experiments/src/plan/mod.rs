@@ -21,7 +21,7 @@ pub mod relaxed_design;
 #[cfg(test)]
 use {
     crate::motion::profile::Profile, candidates::CandidateGrid, candidates::MotionLimits,
-    numerics::information_matrix::Rows, random::Random,
+    numerics::information_matrix::WeightedRows, random::Random,
 };
 #[cfg(test)]
 mod test_plans;

@@ -1,14 +1,14 @@
-//! The kinds of motion that a plan chooses from, how many motions and rows they make, and what these take of memory.
+//! The kinds of motion that a plan chooses from, the number of motions and rows, and the memory that they need.
 //!
-//! At the peak of the choice all rows stand in memory five times: as they are and over their deviations, both once more for the
-//! choice, and one of them with its columns scaled. Each motion stands there twice: as it was tried, and with its rows.
+//! At the peak of the choice, memory holds all rows five times: unscaled and over their standard deviations, both once more for
+//! the choice, and one of them with scaled columns. It holds each motion twice: as tried, and with its rows.
 
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 use crate::plan::motion_kind::MotionKind;
 
-/// The kinds of motion of a fast joint of `n` with their slow companions, which are joints behind it in the chain.
+/// The kinds of motion of joint `fast` of `n`, with the slow joints, which are joints behind it in the chain.
 pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionKind, Vec<usize>)> {
     let mut motions = vec![(MotionKind::Inertial, vec![])];
     for l in fast + 1..n {
@@ -24,8 +24,8 @@ pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionK
     motions
 }
 
-/// Rows of a motion of a kind at most. Torques of gravity about a turning joint, all others at rest, are a cos q + b sin q + c, and a
-/// sweep is centred: two rows.
+/// Greatest number of rows of a kind of motion. The gravity torque about a turning joint, with all others at rest, is a cos q + b
+/// sin q + c. The equations of a sweep are centred, so it gives two rows.
 fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     match kind {
         MotionKind::Inertial => 1,
@@ -35,26 +35,26 @@ fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     }
 }
 
-/// How many rows the kinds of motion of `n` joints have about one configuration, at most.
+/// Greatest number of rows of all kinds of motion of `n` joints about one configuration.
 pub fn count_of_rows(n: usize, has_gravity: bool) -> usize {
     (0..n).flat_map(|fast| kinds_of(fast, n, has_gravity)).map(|kind| rows_of(&kind)).sum()
 }
 
 /// Copies of the rows at the peak of the choice.
 const COPIES_OF_ROWS: f64 = 5.0;
-/// Copies of a motion there.
+/// Copies of a motion at the peak of the choice.
 const COPIES_OF_MOTIONS: f64 = 2.0;
 
-/// What the choice among all kinds of motion of `n` joints about so many configurations holds, bytes; `p`: parameters.
+/// Memory for the choice among all kinds of motion of `n` joints about this number of configurations, bytes; `p`: parameters.
 pub fn bytes_of_choice(n: usize, p: usize, has_gravity: bool, configurations: usize) -> f64 {
     let (rows, kinds) = (count_of_rows(n, has_gravity), count_of_kinds(n, has_gravity));
-    let of_rows = COPIES_OF_ROWS * (rows * p * size_of::<f64>() + kinds * size_of::<Rows>()) as f64;
-    // A motion and its lists: a centre, half ranges, and slow joints.
+    let of_rows = COPIES_OF_ROWS * (rows * p * size_of::<f64>() + kinds * size_of::<WeightedRows>()) as f64;
+    // A motion and its lists: the centre, half ranges, and slow joints.
     let of_motions = COPIES_OF_MOTIONS * (kinds * (size_of::<ExcitingTrajectory>() + 3 * n * size_of::<f64>())) as f64;
     configurations as f64 * (of_rows + of_motions)
 }
 
-/// How many kinds of motion `n` joints have.
+/// Number of kinds of motion of `n` joints.
 pub fn count_of_kinds(n: usize, has_gravity: bool) -> usize {
     (0..n).map(|fast| kinds_of(fast, n, has_gravity).len()).sum()
 }
@@ -83,7 +83,7 @@ mod tests {
                 let joints = MovingJoints { kind: word, fast, slow, centre: &centre };
                 let swing = ExcitingTrajectory::swing(&joints, &course);
                 let equations = swing.equations().len();
-                // A sweep is no swing: paper_rows.rs has the rows of one.
+                // A sweep is no swing: the rows of a sweep are tested in paper_rows.rs.
                 assert_eq!(rows_of(&kind), if word == MotionKind::Gravity { 2 } else { equations }, "{kind:?}");
             }
         }

@@ -1,4 +1,4 @@
-//! What an experiment is meant to show.
+//! The torques that an experiment excites.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2]; the table of motions is in
 //! [`crate::plan::exciting_trajectory`].
@@ -12,9 +12,9 @@ pub enum MotionKind {
     Centrifugal,
     /// The fast joint at its greatest acceleration, and a slow one: inertia between them.
     Coupling,
-    /// Between the two, with all joints that the fast one carries.
+    /// Between Centrifugal and Coupling, with all joints behind the fast one.
     Mixed,
-    /// The fast joint alone, slowly forth and back: gravity.
+    /// The fast joint alone, slowly there and back: gravity.
     Gravity,
 }
 
@@ -23,7 +23,7 @@ impl MotionKind {
     pub const ALL: [MotionKind; 5] =
         [MotionKind::Inertial, MotionKind::Centrifugal, MotionKind::Coupling, MotionKind::Mixed, MotionKind::Gravity];
 
-    /// The word of the artefacts.
+    /// The name of the kind in the artefacts.
     pub fn word(self) -> &'static str {
         match self {
             MotionKind::Inertial => "inertial",
@@ -34,7 +34,7 @@ impl MotionKind {
         }
     }
 
-    /// The kind with this word.
+    /// The kind with this name.
     pub(crate) fn from_word(word: &str) -> Option<MotionKind> {
         MotionKind::ALL.into_iter().find(|k| k.word() == word)
     }

@@ -4,25 +4,27 @@
 //! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
 //! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
 //!
-//! The variance of Sp(tau) for white noise sigma a sample is sigma^2 N / (2 |v(f)|^2). The gravity
-//! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank:
-//! the information of (13) without the squared condition of the normal equations (14).
+//! The standard deviation of white noise is sigma a sample; the variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2). The gravity
+//! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank: the information of (13) without
+//! the squared condition of the normal equations (14).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
 use linear_model::regressor::Regressor;
 use nalgebra::{DMatrix, DVector};
 use numerics::fourier::{Bins, sp};
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion, Projector};
 use crate::plan::measured_motion::{INSTANTS_PER_PASS, MeasuredMotion};
 
+/// A row of the triangle whose pivot is below this share of the first (of 1, if that is greater) carries no information.
+const RANK_TOLERANCE: f64 = 1e-9;
 /// Rows of W with their right-hand sides.
 #[derive(Clone, Debug)]
 pub struct EquationBlock {
-    /// N m per unit of parameter.
-    pub rows: Rows,
+    /// Regressor, N m per unit of parameter.
+    pub rows: WeightedRows,
     /// Torque of a known load, N m: rows X + known = right.
     pub known: Vec<f64>,
     /// Right-hand sides, N m.
@@ -35,7 +37,7 @@ pub struct EquationBlock {
 
 /// Rows (8), (10), (11) of a periodic experiment over the whole periods of `motion`.
 ///
-/// `torque[j]` in N m, `noise[j]` its standard deviation a sample. A row whose projector is zero is left out.
+/// `torque[j]` in N m, `noise[j]` its standard deviation a sample, N m. A row with a projector of zero is left out.
 pub fn spectral_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -44,7 +46,7 @@ pub fn spectral_rows(
     noise: &[f64],
 ) -> EquationBlock {
     let mut block = EquationBlock::new(regressor.parameters().len());
-    let Motion::Swing { period, .. } = &trajectory.motion else { return block };
+    let JointMotion::Swing { period, .. } = &trajectory.motion else { return block };
     // Whole periods only, so that f_P is a bin of the Fourier transform.
     let count = motion.len();
     let periods = count / period;
@@ -72,7 +74,7 @@ pub fn spectral_rows(
     block
 }
 
-/// Rows (13) of a sweep, reduced. `directions`: the number of samples forth and back.
+/// Rows (13) of a sweep, reduced to a triangle. `directions`: the number of samples there and back.
 pub fn gravity_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -103,6 +105,7 @@ pub fn gravity_rows(
             w[(i, p)] = torque[k][i];
         }
     }
+    // Each direction is centred separately, so a friction that depends on the direction alone cancels.
     let mut first = 0;
     for &length in directions {
         let length = length.min(count - first);
@@ -119,9 +122,9 @@ pub fn gravity_rows(
     block
 }
 
-/// [A y] to the triangle of A's column-pivoted QR, cut where a row falls below 1e-9 of the first.
+/// Reduces [A y] to the triangle of A's column-pivoted QR, cut at the rank of A.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    // Rows of zeros change no triangle, and make it square where there are few instants.
+    // Rows of zeros change no triangle. They make it square where there are few instants.
     let few = (p + 1).saturating_sub(w.nrows());
     let instants = w.nrows();
     let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
@@ -132,19 +135,19 @@ fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     pivoted.q_tr_mul(&mut rotated);
     let mut r = pivoted.r();
     let first = r.diagonal().amax();
-    let rank = r.diagonal().iter().take_while(|d| d.abs() > 1e-9 * first.max(1.0)).count();
+    let rank = r.diagonal().iter().take_while(|d| d.abs() > RANK_TOLERANCE * first.max(1.0)).count();
     pivoted.p().inv_permute_columns(&mut r);
     let rows = (0..rank).map(|i| r.row(i).iter().copied().collect()).collect();
     (rows, rotated.iter().take(rank).copied().collect())
 }
 
 impl EquationBlock {
-    /// No equation in `p` parameters.
+    /// A block without equations in `p` parameters.
     pub fn new(p: usize) -> EquationBlock {
-        EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
+        EquationBlock { rows: WeightedRows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
-    /// Adds a row, its right-hand side, the standard deviation of that, and the joint it is of.
+    /// Adds a row, its right-hand side, N m, the standard deviation of the right-hand side, and the joint of the row.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);
@@ -160,9 +163,9 @@ impl EquationBlock {
         self
     }
 
-    /// Rows over their deviations: the information of the block is W'W.
-    pub fn weighted(&self) -> Rows {
-        let mut rows = Rows::new(self.rows.width());
+    /// Rows over their standard deviations: the information of the block is W'W.
+    pub fn weighted(&self) -> WeightedRows {
+        let mut rows = WeightedRows::new(self.rows.width());
         for (row, s) in self.rows.iter().zip(&self.deviation) {
             rows.push(&row.iter().map(|x| x / s).collect::<Vec<_>>());
         }
@@ -199,7 +202,7 @@ mod tests {
         let torque = |i: usize| columns.iter().zip(arm.truth).map(|(d, x)| d[i] * x).sum::<f64>();
         let mut tau: Vec<f64> = (0..motion.len()).map(torque).collect();
         let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
-        // A friction that depends on the direction alone must not be seen.
+        // A friction that depends on the direction alone must not affect the rows.
         for (i, tau) in tau.iter_mut().enumerate() {
             *tau += if i < directions[0] { 0.6 } else { -0.75 };
         }

@@ -1,19 +1,19 @@
-//! Which motions a plan may choose from, beside those within the limits of their coordinates.
+//! Conditions on the motions of a plan in addition to the limits of their coordinates.
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 
-/// What motions must keep beside the limits of their coordinates.
+/// Conditions on poses and motions in addition to the limits of the coordinates.
 pub trait Permission: Sync {
-    /// Whether the robot may stand there, rad (m).
+    /// Whether the robot may be at the position q, rad (m).
     fn pose(&self, q: &[f64]) -> bool;
-    /// Whether a motion may be made.
+    /// Whether a motion is permitted.
     fn motion(&self, trajectory: &ExcitingTrajectory) -> bool;
 }
 
-/// Nothing is refused.
-pub struct Anything;
+/// The permission that refuses nothing.
+pub struct AllowAll;
 
-impl Permission for Anything {
+impl Permission for AllowAll {
     fn pose(&self, _: &[f64]) -> bool {
         true
     }

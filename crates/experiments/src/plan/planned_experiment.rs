@@ -1,4 +1,4 @@
-//! One experiment of a plan, and what a plan says of a parameter, as plan.yaml has them.
+//! One experiment of a plan, and the prediction for a parameter, in the form of plan.yaml.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
@@ -7,50 +7,50 @@ use serde::{Deserialize, Serialize};
 /// One experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedExperiment {
-    /// Name by which its log is found: `e01`.
+    /// Name of the experiment and of its log: `e01`.
     pub name: String,
-    /// Index of the candidate that it runs, where the proof of the plan writes them out.
+    /// Index of the candidate that it runs, where the proof of the plan lists them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub candidate: Option<usize>,
-    /// Which torques it shows: the word of its kind.
+    /// The name of its kind: the torques that it excites.
     pub kind: String,
-    /// Coordinate that moves fast, or the one that sweeps.
+    /// Coordinate of the fast joint, or of the joint that sweeps.
     pub fast: String,
-    /// Coordinates that move slowly with it.
+    /// Coordinates of the slow joints.
     pub slow: Vec<String>,
-    /// rad, in the order of the coordinates.
+    /// Centre of the motion, rad (m), in the order of the coordinates.
     pub centre: Vec<f64>,
-    /// The periodic swing, where it is one.
+    /// The periodic swing, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The slow sweep, where it is one.
+    /// The slow sweep, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
-    /// Rank of F with this experiment and those before it.
+    /// Rank of F of this experiment and the ones before it.
     pub rank: usize,
-    /// log det F that it adds, where F is of full rank without it.
+    /// log det F that it adds, where F has full rank without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adds_log_det: Option<f64>,
     /// Parameters that become identifiable with it.
     pub adds: Vec<ParameterId>,
 }
 
-/// A motion that a plan was chosen from; its keys are those of an experiment.
+/// A motion that a plan was chosen from; its keys are the keys of an experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateMotion {
-    /// Which torques it shows: the word of its kind.
+    /// The name of its kind: the torques that it excites.
     pub kind: String,
-    /// Coordinate that moves fast, or the one that sweeps.
+    /// Coordinate of the fast joint, or of the joint that sweeps.
     pub fast: String,
-    /// Coordinates that move slowly with it.
+    /// Coordinates of the slow joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slow: Vec<String>,
-    /// rad, in the order of the coordinates.
+    /// Centre of the motion, rad (m), in the order of the coordinates.
     pub centre: Vec<f64>,
-    /// The periodic swing, where it is one.
+    /// The periodic swing, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The slow sweep, where it is one.
+    /// The slow sweep, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
 }
@@ -66,20 +66,20 @@ pub struct PlannedSwing {
     pub transient_periods: usize,
     /// Periods that are used.
     pub periods: usize,
-    /// rad, in the order of the coordinates.
+    /// (B - A)/2 of each coordinate, rad (m), in the order of the coordinates.
     pub half_range: Vec<f64>,
 }
 
 /// A slow sweep there and back.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedSweep {
-    /// rad between the ends.
+    /// Distance between the ends, rad.
     pub range_rad: f64,
-    /// rad/s between the ends.
+    /// Constant velocity between the ends, rad/s.
     pub velocity_rad_per_s: f64,
-    /// rad/s^2 at the ends.
+    /// Acceleration at the ends, rad/s^2.
     pub acceleration_rad_per_s2: f64,
-    /// s after each ramp that are dropped while the controller settles.
+    /// Time after each ramp that is dropped while the controller settles, s.
     pub settling_s: f64,
 }
 
@@ -89,13 +89,13 @@ pub struct PredictedParameter {
     /// The base parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
-    /// SI unit of its deviation.
+    /// SI unit of its standard deviation.
     pub unit: Unit,
-    /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
+    /// Standard deviation from the paper's rows, in `unit`; none: the parameter is not identifiable with the plan.
     pub sigma: Option<f64>,
 }
 
-/// Refuses names that do not lead to one file each in the directory of the logs, since these files are written.
+/// Refuses names that do not give one separate file each in the directory of the logs, since these files are written.
 pub fn check_names(experiments: &[PlannedExperiment]) -> Result<(), String> {
     let files = |e: &PlannedExperiment| [e.name.to_lowercase(), format!("{}_loaded", e.name.to_lowercase())];
     for (i, e) in experiments.iter().enumerate() {

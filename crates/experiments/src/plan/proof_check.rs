@@ -1,4 +1,4 @@
-//! What finds the proof in a plan's file again: the package that proves plans registers it.
+//! The function that recomputes the proof in a plan's file; the package that proves plans registers it.
 
 use std::sync::OnceLock;
 
@@ -7,18 +7,18 @@ use logs::Error;
 
 use crate::plan::experiment_plan::ExperimentPlan;
 
-/// The least D-efficiency that the proof in a plan leaves, found again; `None` where it has none that can be. The text is the
-/// plan's file, for messages.
+/// The lower bound of the D-efficiency from the proof in a plan, recomputed; `None` where the plan has no proof that can be
+/// checked. The text is the name of the plan's file, for messages.
 pub type FindProof = fn(&ExperimentPlan, &dyn Regressor, &str) -> Result<Option<f64>, Error>;
 
 static FIND: OnceLock<Result<FindProof, &'static str>> = OnceLock::new();
 
-/// Sets what finds proofs, or what is said where nothing does; only the first call counts.
+/// Sets the function that checks proofs, or the message where there is none; only the first call counts.
 pub fn register(find: Result<FindProof, &'static str>) {
     FIND.get_or_init(|| find);
 }
 
-/// What finds proofs, or why nothing does.
+/// The function that checks proofs, or the reason why there is none.
 pub fn registered() -> Result<FindProof, &'static str> {
     FIND.get().copied().unwrap_or(Err("no check of proofs is registered"))
 }

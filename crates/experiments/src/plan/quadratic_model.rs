@@ -1,19 +1,22 @@
-//! log det F about a design to second order, and the best step that it sees between bounds.
+//! log det F about a design to second order, and the best step of this model between bounds.
 //!
 //! With T = F(x)^-1, g_i = tr(F_i T) and H_ij = tr(F_i T F_j T),
 //!
 //! log det F(x + d) = log det F(x) + g'd - d'Hd/2 + third order, sum d = 0.
 //!
-//! The step is found by moving runs from the worst candidate to the best, each time by the exact length. Each move
-//! costs one pass over the candidates. [Fedorov 1972] moves on log det F itself, which costs a factorisation each.
+//! The step is found by moving runs from the worst candidate to the best, each time by the exact length. Each move costs one pass
+//! over the candidates. [Fedorov 1972] moves on log det F itself, where each move costs a factorisation.
 //!
-//! Members are the candidates that are run and those with the greatest g. The others would not be run anyway, and the
-//! cost grows with the square of their number. H_ij is the sum of the squares of the products of the rows of i and j,
-//! whitened.
+//! Members are the candidates that are run and the ones with the greatest g. The others would not be run, and the cost grows with
+//! the square of the number of members. H_ij is the sum of the squares of the products of the whitened rows of i and j.
 
-use numerics::information_matrix::{InformationFactor, Rows};
+use numerics::information_matrix::{InformationFactor, WeightedRows};
 
-/// The model at a design; other candidates than its members stay where they are.
+/// A relative rise below this is the rounding of the slopes.
+const RELATIVE_SLOPE_ROUNDING: f64 = 1e-12;
+/// A remainder of runs below this is the rounding of a sum of whole numbers.
+const RUN_ROUNDING: f64 = 1e-9;
+/// The model at a design; candidates that are not members keep their number of runs.
 #[derive(Clone, Debug)]
 pub struct QuadraticModel {
     /// Indices of candidates, ascending.
@@ -24,9 +27,9 @@ pub struct QuadraticModel {
     curvature: Vec<f64>,
 }
 
-/// How far each candidate may go from the design.
+/// The range of steps of each candidate from the design.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub struct StepBounds {
     /// Least step, at most 0 where the design is within its bounds.
     pub least: Vec<f64>,
     /// Greatest step.
@@ -34,9 +37,9 @@ pub struct Room {
 }
 
 impl QuadraticModel {
-    /// The model of these members where F has this factor.
-    pub fn new(blocks: &[Rows], members: Vec<usize>, factor: &InformationFactor) -> QuadraticModel {
-        let p = blocks.first().map_or(0, Rows::width);
+    /// The model of these members at the F with this factor.
+    pub fn new(blocks: &[WeightedRows], members: Vec<usize>, factor: &InformationFactor) -> QuadraticModel {
+        let p = blocks.first().map_or(0, WeightedRows::width);
         let (mut rows, mut ends) = (Vec::new(), vec![0]);
         let mut out = vec![0.0; p];
         for &member in &members {
@@ -65,8 +68,8 @@ impl QuadraticModel {
         &self.curvature[i * self.gain.len()..(i + 1) * self.gain.len()]
     }
 
-    /// The best step that at most so many moves find, one number a candidate, and what the model gains by it.
-    pub fn step(&self, room: &Room, moves: usize) -> (Vec<f64>, f64) {
+    /// The best step that at most `moves` moves find, one number a candidate, and the gain of the model by it.
+    pub fn step(&self, room: &StepBounds, moves: usize) -> (Vec<f64>, f64) {
         let mut own = vec![0.0; self.members.len()];
         let gained = self.ascend(&mut own, &self.own(room), moves);
         let mut step = vec![0.0; room.least.len()];
@@ -74,13 +77,13 @@ impl QuadraticModel {
         (step, gained)
     }
 
-    fn own(&self, room: &Room) -> Room {
+    fn own(&self, room: &StepBounds) -> StepBounds {
         let of = |x: &[f64]| self.members.iter().map(|&i| x[i]).collect();
-        Room { least: of(&room.least), most: of(&room.most) }
+        StepBounds { least: of(&room.least), most: of(&room.most) }
     }
 
-    /// Ascends from the step by at most so many moves, and gives what the model gains by the step.
-    fn ascend(&self, step: &mut [f64], room: &Room, moves: usize) -> f64 {
+    /// Ascends from the step by at most `moves` moves, and gives the gain of the model by the resulting step.
+    fn ascend(&self, step: &mut [f64], room: &StepBounds, moves: usize) -> f64 {
         let count = step.len();
         let mut slope = self.gain.clone();
         for i in (0..count).filter(|&i| step[i] != 0.0) {
@@ -98,8 +101,8 @@ impl QuadraticModel {
             }
             let (Some(grows), Some(shrinks)) = (grows, shrinks) else { break };
             let rise = slope[grows] - slope[shrinks];
-            // A smaller rise is the rounding of the slopes.
-            if rise <= 1e-12 * slope[grows].abs() {
+            // slope_grows - slope_shrinks is the gain per run moved.
+            if rise <= RELATIVE_SLOPE_ROUNDING * slope[grows].abs() {
                 break;
             }
             let (g, s) = (self.row(grows), self.row(shrinks));
@@ -115,14 +118,14 @@ impl QuadraticModel {
         step.iter().zip(self.gain.iter().zip(&slope)).map(|(d, (g, s))| 0.5 * d * (g + s)).sum()
     }
 
-    /// What the model loses when a candidate steps by `by` and stays there while the others do their best; infinite where
-    /// they have no room for it, and nothing where it is no member.
-    pub fn loss(&self, room: &Room, candidate: usize, by: f64, moves: usize) -> f64 {
+    /// The loss of the model when a candidate steps by `by` and stays there while the others are optimised; infinite where the
+    /// bounds of the others leave no room for it, and zero where it is no member.
+    pub fn loss(&self, room: &StepBounds, candidate: usize, by: f64, moves: usize) -> f64 {
         let Ok(candidate) = self.members.binary_search(&candidate) else { return 0.0 };
         let (count, room) = (self.gain.len(), self.own(room));
         let mut step = vec![0.0; count];
         let mut order: Vec<usize> = (0..count).filter(|&i| i != candidate).collect();
-        // The others make up for it, those first that gain the most or lose the least.
+        // The others compensate for it, first the ones that gain the most or lose the least.
         let key = |i: usize| if by < 0.0 { -self.gain[i] } else { self.gain[i] };
         order.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
         let mut left = by.abs();
@@ -131,8 +134,8 @@ impl QuadraticModel {
             step[i] = if by < 0.0 { taken } else { -taken };
             left -= taken;
         }
-        // Less is the rounding of a sum of whole numbers.
-        if left > 1e-9 {
+        // The bounds leave no room for the step.
+        if left > RUN_ROUNDING {
             return f64::INFINITY;
         }
         step[candidate] = by;
@@ -148,21 +151,21 @@ mod tests {
     use numerics::information_matrix::InformationMatrix;
     use random::Random;
 
-    /// The model agrees with log det F to third order, and a candidate held where the best step puts it costs nothing.
+    /// The model agrees with log det F to third order. A candidate that is fixed at its best step loses nothing.
     #[test]
     fn the_model_is_of_second_order() {
         let mut random = Random::new(2);
         let mut block = |_| {
-            let mut rows = Rows::new(3);
+            let mut rows = WeightedRows::new(3);
             (0..2).for_each(|_| rows.push(&[random.normal(), random.normal(), random.normal()]));
             rows
         };
-        let blocks: Vec<Rows> = (0..5).map(&mut block).collect();
+        let blocks: Vec<WeightedRows> = (0..5).map(&mut block).collect();
         let factor = |x: &[f64]| InformationMatrix::sum(3, 0.0, blocks.iter().zip(x.iter().copied())).factor().unwrap();
         let x = [0.5; 5];
         let model = QuadraticModel::new(&blocks, vec![0, 1, 3, 4], &factor(&x));
         let near = |by: f64| {
-            let room = Room { least: vec![-by; 5], most: vec![by; 5] };
+            let room = StepBounds { least: vec![-by; 5], most: vec![by; 5] };
             let (step, gained) = model.step(&room, 100);
             assert!(step[2] == 0.0 && step.iter().sum::<f64>().abs() < 1e-12 && gained > 0.0, "{step:?}");
             let moved: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
@@ -170,11 +173,11 @@ mod tests {
         };
         // A thousandth where steps are a tenth.
         assert!(near(1e-2) < 1e-4 && near(1e-3) < 2e-3 * near(1e-2), "{} {}", near(1e-2), near(1e-3));
-        let room = Room { least: vec![-0.5; 5], most: vec![0.5; 5] };
+        let room = StepBounds { least: vec![-0.5; 5], most: vec![0.5; 5] };
         let (best, gained) = model.step(&room, 1000);
-        // Held where the best step puts it, a candidate loses nothing more.
+        // A candidate that is fixed at its best step loses nothing.
         assert!((model.loss(&room, 0, best[0], 1000) - (-gained).max(0.0)).abs() < 1e-9);
-        let none = Room { least: vec![0.0; 5], most: vec![0.0; 5] };
+        let none = StepBounds { least: vec![0.0; 5], most: vec![0.0; 5] };
         assert_eq!(model.loss(&none, 1, 0.25, 10), f64::INFINITY);
     }
 }

@@ -1,14 +1,14 @@
-//! The numbers that a motion may have: what a robot can do and a computer can hold.
+//! The ranges of the numbers of a motion: realistic for a robot, and within the memory of a computer.
 //!
-//! Files of plans and robots are written by people too. A number outside these ranges is a wrong unit or a wrong digit.
+//! Files of plans and robots are also written by hand. A number outside these ranges is usually a wrong unit or a wrong digit.
 
 use std::ops::RangeInclusive;
 
 use crate::motion::sample_count::check_samples;
 use crate::plan::candidates::MotionLimits;
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 
-/// Sample times that a plan takes, s.
+/// Sample times of a plan, s.
 const SAMPLE_TIME_RANGE_S: RangeInclusive<f64> = 1e-5..=10.0;
 /// Positions, rad or m.
 const POSITION_RANGE: RangeInclusive<f64> = -1e4..=1e4;
@@ -28,20 +28,20 @@ fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result
     Err(format!("{what} is {x:?} {unit}; expected is a number from {:?} to {:?}", range.start(), range.end()))
 }
 
-/// Refuses a motion with a number out of range, or of more samples than [`check_samples`] takes; says which.
+/// Refuses a motion with a number out of range, or with more samples than [`check_samples`] accepts; the message names it.
 pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME_RANGE_S)?;
     for &centre in &trajectory.centre {
         within("an angle of the centre", "rad", centre, &POSITION_RANGE)?;
     }
     let samples = match &trajectory.motion {
-        Motion::Swing { period, half_range, transient_periods, periods, .. } => {
+        JointMotion::Swing { period, half_range, transient_periods, periods, .. } => {
             for &half in half_range {
                 within("a half range", "rad", half, &(0.0..=*SWING_RANGE.end()))?;
             }
             *period as f64 * (*transient_periods as f64 + *periods as f64)
         }
-        Motion::Sweep { range, velocity, acceleration, settling } => {
+        JointMotion::Sweep { range, velocity, acceleration, settling } => {
             within("the range of the sweep", "rad", *range, &SWING_RANGE)?;
             within("the velocity of the sweep", "rad/s", *velocity, &VELOCITY_RANGE)?;
             within("the acceleration of the sweep", "rad/s^2", *acceleration, &ACCELERATION_RANGE)?;
@@ -52,7 +52,7 @@ pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     check_samples(samples)
 }
 
-/// Refuses limits between which no motion can be planned; says which coordinate.
+/// Refuses limits between which no motion can be planned; the message names the coordinate.
 pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(), String> {
     for (name, limit) in coordinates.iter().zip(limits) {
         let of = |what: &str| format!("{name}: the {what} of its limits");
@@ -85,7 +85,8 @@ mod tests {
         }
         let mut swing = sweep(2.0, 1.0, 1e-3);
         let (profile, half_range) = (crate::motion::profile::Profile::BangBang, vec![0.1]);
-        swing.motion = Motion::Swing { profile, period: 400, half_range, transient_periods: usize::MAX, periods: 4 };
+        swing.motion =
+            JointMotion::Swing { profile, period: 400, half_range, transient_periods: usize::MAX, periods: 4 };
         assert!(check_motion(&swing).unwrap_err().contains("samples"));
     }
 

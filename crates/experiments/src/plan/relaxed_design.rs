@@ -1,39 +1,41 @@
-//! The best design with fractions of experiments between bounds, and what it proves.
+//! The best design with fractions of experiments between bounds, and the bound that it proves.
 //!
 //! Over x with low <= x <= high and sum x = N, maximise log det F(x), F(x) = sum x_i F_i, F_i = W_i'W_i. For any x of full
 //! rank, with T = F(x)^-1 and g_i = tr(F_i T),
 //!
 //! log det F(y) <= log det F(x) - p + max over y of sum y_i g_i
 //!
-//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as
-//! its dual. The maximum is a sum over the greatest g, filled up to the bounds; the last one filled is the price nu of an
-//! experiment. A run of candidate i is worth g_i - nu. So an x_i that stands at a bound and whose g_i is far from the
-//! price cannot leave the bound in any plan as good as one known.
+//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as its
+//! dual. The maximum is a sum over the greatest g, filled up to the bounds; the g of the last one filled is the price nu of an
+//! experiment. A run of candidate i changes the bound by g_i - nu. So an x_i at a bound whose g_i is far from the price stays at
+//! this bound in every plan that is as good as a known one.
 //!
-//! The ascent is Newton's: each step is the best one of [`crate::plan::quadratic_model`] between the bounds, halved
-//! until it gains. The bound holds wherever it stops.
+//! The ascent is a Newton method: each step is the best step of [`crate::plan::quadratic_model`] between the bounds, halved until
+//! log det F increases. The bound holds at every iteration.
 
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
-use crate::plan::quadratic_model::{QuadraticModel, Room};
+use crate::plan::quadratic_model::{QuadraticModel, StepBounds};
 
-/// Moves of the model's ascent: some for each of the candidates that are worth a run.
+/// Moves in one step of the model: several for each candidate that is run.
 const MAX_ASCENT_MOVES: usize = 400;
-/// Candidates that a step may add to those that are run.
+/// Candidates that a step may add to the ones that are run.
 const MAX_ENTERING_CANDIDATES: usize = 40;
-/// Runs of every candidate that are added where a design lacks rank.
+/// Runs of every candidate that are added where a design lacks full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// Parts of an experiment to which a design is rounded. What the bound loses by it is of second order.
+/// Units per experiment to which a design is rounded. The loss of the bound by the rounding is of second order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
-/// Most halvings of a step that does not gain.
+/// Halvings of a step that does not increase log det F, at most.
 const MAX_STEP_HALVINGS: i32 = 12;
+/// Share of a design between the bounds with runs of all candidates, mixed into a design that lacks full rank.
+const MIXED_SHARE: f64 = 0.1;
 
 /// Least and greatest number of runs of each candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    /// One a candidate.
+    /// Least number of runs, one a candidate.
     pub low: Vec<usize>,
-    /// One a candidate.
+    /// Greatest number of runs, one a candidate.
     pub high: Vec<usize>,
 }
 
@@ -51,9 +53,9 @@ pub struct Tangent {
 pub struct Relaxed {
     /// Fractions of experiments, one a candidate.
     pub x: Vec<f64>,
-    /// The tangent there, which bounds every plan.
+    /// The tangent at this design; it bounds every plan.
     pub tangent: Tangent,
-    /// log det F about it, to second order.
+    /// log det F about this design, to second order.
     pub model: QuadraticModel,
     /// No design between the bounds has a greater log det.
     pub bound: f64,
@@ -64,7 +66,7 @@ impl Bounds {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
     }
 
-    /// Keeps the plans with at most `at_most` runs of a candidate, or else the others.
+    /// Keeps the plans with at most `at_most` runs of a candidate, or else the plans with more runs.
     pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
         if keeps_below {
             self.high[candidate] = self.high[candidate].min(at_most);
@@ -73,13 +75,14 @@ impl Bounds {
         }
     }
 
-    /// How far each candidate may go from a design.
-    pub fn room(&self, x: &[f64]) -> Room {
+    /// The range of steps of each candidate from a design.
+    pub fn room(&self, x: &[f64]) -> StepBounds {
         let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
-        Room { least: to(&self.low), most: to(&self.high) }
+        StepBounds { least: to(&self.low), most: to(&self.high) }
     }
 
-    /// The candidates that a step moves: those above their least number, and those of the others that gain the most.
+    /// The candidates that a step moves: the ones above their least number of runs, and of the others the ones with the greatest
+    /// gain.
     fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
         let is_above = |i: usize| x[i] > self.low[i] as f64;
         let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
@@ -90,12 +93,12 @@ impl Bounds {
         found
     }
 
-    /// Fractions with few digits and the right sum, so that a file holds what was computed with.
+    /// Fractions with few digits and the right sum, so that a file contains exactly the numbers of the computation.
     fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64 * PARTS_PER_EXPERIMENT, self.high[i] as f64 * PARTS_PER_EXPERIMENT);
         let mut parts: Vec<f64> = x.map(|x| (x * PARTS_PER_EXPERIMENT).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
-        // Whole numbers, so that sums are exact. The candidate that is run most takes what rounding leaves.
+        // Whole numbers, so that sums are exact. The candidate that is run most takes the remainder of rounding.
         let mut left = count as f64 * PARTS_PER_EXPERIMENT - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
@@ -123,8 +126,8 @@ impl Bounds {
 }
 
 impl Tangent {
-    /// The greatest log det that it allows between the bounds, with the price of an experiment; minus infinity where the
-    /// bounds have no room for `count`.
+    /// The greatest log det of the tangent between the bounds, with the price of an experiment; minus infinity where the bounds
+    /// do not allow `count` experiments.
     pub fn bound(&self, bounds: &Bounds, count: usize) -> (f64, f64) {
         if !bounds.has_room_for(count) {
             return (f64::NEG_INFINITY, 0.0);
@@ -144,9 +147,9 @@ impl Tangent {
     }
 }
 
-/// The tangent at a design; `None` where it has not full rank.
-pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
-    let p = blocks.first().map_or(0, Rows::width);
+/// The tangent at a design; `None` where it lacks full rank.
+pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
     let factor = InformationMatrix::sum(p, 0.0, used).factor()?;
     let mut out = vec![0.0; p];
@@ -154,20 +157,19 @@ pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
     Some(Tangent { constant: factor.log_det - p as f64, gain })
 }
 
-/// Ascends from `start` until the bound is below `target`, or within `tolerance` of what is reached, or for so many
-/// steps.
+/// Ascends from `start` until the bound is below `target`, or within `tolerance` of the value reached, or for `steps` steps.
 ///
-/// Where no design between the bounds has full rank, the design that is found lies outside them. `None` where the
-/// candidates together have not full rank, or the bounds have no room.
+/// Where no design between the bounds has full rank, the resulting design lies outside them. `None` where the candidates together
+/// lack full rank, or the bounds do not allow `count` experiments.
 pub fn relaxed(
-    blocks: &[Rows],
+    blocks: &[WeightedRows],
     bounds: &Bounds,
     count: usize,
     start: &[f64],
     (target, tolerance): (f64, f64),
     steps: usize,
 ) -> Option<Relaxed> {
-    let p = blocks.first().map_or(0, Rows::width);
+    let p = blocks.first().map_or(0, WeightedRows::width);
     if !bounds.has_room_for(count) {
         return None;
     }
@@ -177,9 +179,9 @@ pub fn relaxed(
     };
     let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
     if factor_of(&x).is_none() {
-        // Takes a little of all that is allowed. If that lacks rank too, no design between the bounds has full rank.
+        // Adds a small share of all allowed candidates. If that lacks rank too, no design between the bounds has full rank.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
-        x = x.iter().zip(&all).map(|(x, y)| 0.9 * x + 0.1 * y).collect();
+        x = x.iter().zip(&all).map(|(x, y)| (1.0 - MIXED_SHARE) * x + MIXED_SHARE * y).collect();
     }
     let Some(mut factor) = factor_of(&x) else { return without_rank(blocks, bounds, count, &x) };
     let mut best: Option<Relaxed> = None;
@@ -206,13 +208,13 @@ pub fn relaxed(
     best
 }
 
-/// The tangent at a design with a little of every candidate.
+/// The tangent at a design with a small share of every candidate.
 ///
-/// A direction that has no information between the bounds has only that little, so its logarithm makes the bound low.
-fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
+/// A direction without information between the bounds has only this share, so its logarithm makes the bound low.
+fn without_rank(blocks: &[WeightedRows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
     let x: Vec<f64> = x.iter().map(|x| x + REGULARIZING_RUNS).collect();
     let tangent = tangent(blocks, &x)?;
-    let p = blocks.first().map_or(0, Rows::width);
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let factor = InformationMatrix::sum(p, 0.0, blocks.iter().zip(x.iter().copied())).factor()?;
     let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
     let (bound, _) = tangent.bound(bounds, count);

@@ -1,12 +1,12 @@
-//! Candidates for unit tests here and in wings: who includes this file brings the types in.
+//! Candidates for unit tests here and in wings. A file that includes this one must import its types.
 
-use super::{CandidateGrid, MotionLimits, Profile, Random, Rows};
+use super::{CandidateGrid, MotionLimits, Profile, Random, WeightedRows};
 
 /// Candidates of one to three random rows.
-pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
+pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<WeightedRows> {
     let mut random = Random::new(seed);
     let mut block = || {
-        let mut rows = Rows::new(p);
+        let mut rows = WeightedRows::new(p);
         for _ in 0..1 + random.index(3) {
             rows.push(&(0..p).map(|_| random.normal()).collect::<Vec<_>>());
         }

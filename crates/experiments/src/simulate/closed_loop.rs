@@ -1,16 +1,16 @@
-//! Simulation of a robot in closed loop: the record that an experiment would have left.
+//! Simulation of a robot in closed loop: the record that an experiment would give.
 //!
-//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in [`Steps`] of the sample time. Each sample
-//! the controller sees q rounded to its encoder quantum,
+//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in [`Steps`] of the sample time. At each sample the controller uses q
+//! rounded to its encoder quantum:
 //!
 //! I = (Kp (q_r - q) + Kd (dq_r - v) + feedforward) / kt, limited, held until the next sample,
 //!
-//! with v the backward difference of q through a first-order filter. The current recorded at t_i is
-//! the mean of what was held before and after, the mean current over [t_i - h/2, t_i + h/2]. So the
-//! hold's delay of half a sample is in the record.
+//! with v the backward difference of q through a first-order filter. The current recorded at t_i is the mean of the currents held
+//! before and after t_i, which is the mean current over [t_i - h/2, t_i + h/2]. The record therefore contains the hold's delay of
+//! half a sample.
 //!
-//! The loop is deterministic; noise is added to a copy of its record by [`Sensing`]. Flexibility,
-//! torque ripple and noise in the loop are not here.
+//! The loop is deterministic; noise is added to a copy of its record by [`Sensors`]. Flexibility, torque ripple and noise in the
+//! loop are not modelled.
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
@@ -22,7 +22,7 @@ use crate::simulate::dynamics::Dynamics;
 
 /// Joint PD with a filtered velocity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Controller {
+pub struct JointPd {
     /// N m/rad a coordinate.
     pub proportional: Vec<f64>,
     /// N m s/rad a coordinate.
@@ -31,14 +31,14 @@ pub struct Controller {
     pub velocity_pole: f64,
 }
 
-impl Controller {
+impl JointPd {
     /// Kp = J w^2, Kd = 2 z J w for `inertia` J (kg m^2), `bandwidth` f (Hz), w = 2 pi f, z = 0.8.
-    pub fn for_inertia(inertia: &[f64], bandwidth: &[f64], velocity_pole: f64) -> Controller {
+    pub fn for_inertia(inertia: &[f64], bandwidth: &[f64], velocity_pole: f64) -> JointPd {
         let w = |f: &f64| std::f64::consts::TAU * f;
         let pairs = || inertia.iter().zip(bandwidth);
-        Controller {
+        JointPd {
             proportional: pairs().map(|(j, f)| j * w(f).powi(2)).collect(),
-            derivative: pairs().map(|(j, f)| 1.6 * j * w(f)).collect(),
+            derivative: pairs().map(|(j, f)| 2.0 * DAMPING_RATIO * j * w(f)).collect(),
             velocity_pole,
         }
     }
@@ -55,7 +55,7 @@ pub struct Drives {
 
 /// Encoders and current sensors; one entry a coordinate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sensing {
+pub struct Sensors {
     /// rad; 0: none.
     pub quantum: Vec<f64>,
     /// Standard deviation, rad.
@@ -64,21 +64,24 @@ pub struct Sensing {
     pub torque_noise: Vec<f64>,
 }
 
-/// Longest step of Runge-Kutta, as a multiple of the time in which friction decays. It is stable up to 2.78.
+/// Longest Runge-Kutta step, as a multiple of the decay time of a velocity under friction near zero velocity. The method is
+/// stable up to 2.78.
 const LONGEST_STEP_PER_DECAY_TIME: f64 = 2.0;
-/// Steps of Runge-Kutta in a sample, above which friction is stiff.
-const MOST_STEPS: usize = 16;
-/// Steps in a sample where it is.
-const STIFF_STEPS: usize = 4;
-/// Poses of a reference at which that time is computed.
+/// Runge-Kutta steps a sample above which friction counts as stiff.
+const MAX_RUNGE_KUTTA_STEPS: usize = 16;
+/// Implicit steps a sample where friction is stiff.
+const IMPLICIT_STEPS_PER_SAMPLE: usize = 4;
+/// Poses of a reference at which the decay time is computed.
 const STIFFNESS_POSES: usize = 20;
+/// Damping ratio of the joint controllers.
+const DAMPING_RATIO: f64 = 0.8;
 
-/// Steps in a sample.
+/// Integration steps of one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Steps {
-    /// So many of Runge-Kutta 4.
+    /// This number of Runge-Kutta 4 steps.
     RungeKutta(usize),
-    /// So many that are implicit in friction, where that is stiff.
+    /// This number of steps that are implicit in friction, for stiff friction.
     ImplicitFriction(usize),
 }
 
@@ -87,7 +90,7 @@ pub struct Simulation<'a> {
     /// The robot.
     pub dynamics: &'a dyn Dynamics,
     /// One for each joint.
-    pub controller: &'a Controller,
+    pub controller: &'a JointPd,
     /// Gains and limits of the drives.
     pub drives: &'a Drives,
     /// Encoder quantum that the controller sees, rad.
@@ -98,7 +101,8 @@ pub struct Simulation<'a> {
     pub steps: Steps,
 }
 
-/// A law of control: instant, positions that the controller sees, their filtered differences, torques to write, N m.
+/// A control law: sample index, positions that the controller sees (rad), their filtered differences (rad/s), torques to write (N
+/// m).
 pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
 
 /// The reason why a simulated motion stopped.
@@ -106,7 +110,7 @@ pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
 pub enum Stop {
     /// It did not stop before its end.
     End,
-    /// The inertia matrix was not positive definite, or the motion left every bound.
+    /// The inertia matrix was not positive definite, or the state exceeded the bound of the simulation.
     NotPhysical {
         /// Time of the stop, s.
         time: f64,
@@ -114,7 +118,7 @@ pub enum Stop {
 }
 
 impl Simulation<'_> {
-    /// What the controller asks for.
+    /// The control law of the PD controller with a feedforward, N m `[coordinate][sample]`.
     pub(crate) fn law<'a>(&'a self, reference: &'a Reference, feedforward: Option<&'a [Vec<f64>]>) -> Box<Law<'a>> {
         let controller = self.controller;
         Box::new(move |i, seen, velocity, tau| {
@@ -126,20 +130,22 @@ impl Simulation<'_> {
         })
     }
 
-    /// The same with steps for the friction where it turns its sign: enough of Runge-Kutta, or implicit ones.
+    /// Shortens the steps to resolve friction near zero velocity: enough Runge-Kutta steps, or implicit steps.
     pub(crate) fn with_short_steps(self, reference: &Reference) -> Self {
         let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP_PER_DECAY_TIME).ceil() as usize;
         let steps = match self.steps {
-            Steps::RungeKutta(_) if needed > MOST_STEPS => Steps::ImplicitFriction(STIFF_STEPS),
+            Steps::RungeKutta(_) if needed > MAX_RUNGE_KUTTA_STEPS => {
+                Steps::ImplicitFriction(IMPLICIT_STEPS_PER_SAMPLE)
+            }
             Steps::RungeKutta(steps) => Steps::RungeKutta(steps.max(needed)),
             implicit => implicit,
         };
         Simulation { steps, ..self }
     }
 
-    /// The greatest rate, 1/s, at which friction decays where it turns its sign.
+    /// The greatest rate, 1/s, at which friction makes a velocity near zero decay.
     ///
-    /// It is at most sum_k (A^-1)_kk dG_k/dv, of which the greatest over the poses of a reference is taken.
+    /// The rate is at most sum_k (A^-1)_kk dG_k/dv; the greatest value of this sum over poses of the reference is returned.
     fn stiffness(&self, reference: &Reference) -> f64 {
         let (n, count) = (self.dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
         let (mut inertia, mut bias, rest) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
@@ -158,14 +164,13 @@ impl Simulation<'_> {
     }
 }
 
-/// q rounded to the encoder's steps; as it is where they are zero.
+/// q rounded to the encoder quantum; q unchanged where the quantum is zero.
 pub(crate) fn quantised(q: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (q / quantum).round() * quantum } else { q }
 }
 
-impl Sensing {
-    /// Standard deviation of one position, rad (m), one per coordinate: its noise, and the uniform error of rounding to a
-    /// quantum.
+impl Sensors {
+    /// Standard deviation of one position, rad (m), one per coordinate: its noise and the uniform error of rounding to a quantum.
     pub fn position_deviation(&self) -> Vec<f64> {
         self.position_noise.iter().zip(&self.quantum).map(|(s, quantum)| s.hypot(quantum / 12f64.sqrt())).collect()
     }
@@ -206,7 +211,7 @@ mod tests {
         };
         let swing = ExcitingTrajectory::swing(&joints, &course);
         let reference = swing.reference();
-        let controller = Controller { proportional: vec![0.0], derivative: vec![0.0], velocity_pole: 900.0 };
+        let controller = JointPd { proportional: vec![0.0], derivative: vec![0.0], velocity_pole: 900.0 };
         let drives = Drives { gain: vec![0.5], greatest_torque: vec![100.0] };
         let simulation = Simulation {
             dynamics: &Mass(2.0),
@@ -220,7 +225,7 @@ mod tests {
         let (record, stop) = simulation.run(&reference, Some(&feedforward));
         assert_eq!(stop, Stop::End);
         let worst = record.q[0].iter().zip(&reference.q[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The hold delays by half a sample: v h / 2 at 1 rad/s, and drifts back over each period.
+        // The hold delays by half a sample: v h / 2 at 1 rad/s. The error decreases again over each period.
         assert!(worst < 1.2e-3, "{worst}");
         assert!((record.current[0][101] - 0.5 * (feedforward[0][100] + feedforward[0][101]) / 0.5).abs() < 1e-12);
     }
@@ -228,7 +233,7 @@ mod tests {
     #[test]
     fn sensors_round_and_scatter() {
         let record = Record { sample_time: 1e-3, q: vec![vec![0.123; 4000]], current: vec![vec![1.0; 4000]] };
-        let sensing = Sensing { quantum: vec![1e-3], position_noise: vec![2e-3], torque_noise: vec![0.5] };
+        let sensing = Sensors { quantum: vec![1e-3], position_noise: vec![2e-3], torque_noise: vec![0.5] };
         let noisy = sensing.measure(&record, &[2.0], &mut Random::new(1));
         assert!(noisy.q[0].iter().all(|q| ((q / 1e-3).round() * 1e-3 - q).abs() < 1e-15));
         let variance = noisy.current[0].iter().map(|c| (c - 1.0).powi(2)).sum::<f64>() / 4000.0;

@@ -1,14 +1,15 @@
-//! What is assumed of a robot where its file does not say it, each with a note.
+//! Defaults for the properties of a robot that its file does not state, each with a note.
 //!
-//! - Limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; of +-0.25 m, 1.25 m/s, 7.5 m/s^2 where a coordinate slides. Positions are
-//!   those of [`crate::excitation::limits`], velocities five times those. The slow velocity is 0.5 rad/s (m/s), or a
-//!   tenth of the greatest where that is less.
-//! - Coulomb friction of 5 % of the effort A_kk a_max that the greatest acceleration takes, beside an offset of 5 % of
-//!   it; viscous friction of half the Coulomb friction at the greatest velocity, backward a tenth less.
-//! - A greatest effort of five times A_kk a_max and three times that of gravity.
+//! - Limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; of +-0.25 m, 1.25 m/s, 7.5 m/s^2 where a coordinate slides. Position limits are
+//!   taken from [`crate::excitation::limits`]; velocities are five times the velocities there. The slow velocity is 0.5 rad/s
+//! (m/s),
+//!   or a tenth of the greatest where that is less.
+//! - Coulomb friction of 5 % of the effort A_kk a_max that the greatest acceleration takes, with an offset of 5 % of the Coulomb
+//!   friction; viscous friction of half the Coulomb friction at the greatest velocity, a tenth less for negative velocities.
+//! - A greatest effort of five times A_kk a_max plus three times the gravity torque.
 //!
-//! What the file gives of friction is taken as it is. Beside a Coulomb friction of the file there is no offset but that
-//! of the file.
+//! Friction values of the file are used unchanged. Where the file has a Coulomb friction, the offset is the offset of the file,
+//! or zero.
 
 use linear_model::friction::law::FrictionLaw;
 use robot::value::CoordinateId;
@@ -21,17 +22,31 @@ use crate::plan::candidates::MotionLimits;
 pub(super) const CONTROL_BANDWIDTH_HZ: f64 = 10.0;
 /// Step of the simulated position sensors, rad or m.
 pub(super) const POSITION_QUANTUM: f64 = 1e-4;
-/// A simulated joint is so much faster than [`assumed`], where nothing can be damaged.
+/// Velocity limit of a simulated joint over the velocity of [`assumed`]: nothing can be damaged in a simulation.
 const ASSUMED_VELOCITY_FACTOR: f64 = 5.0;
 /// Greatest acceleration over greatest velocity, where both are assumed, 1/s.
 const ASSUMED_ACCELERATION_RATIO: f64 = 6.0;
+/// Largest assumed slow velocity, rad/s (m/s).
+const MAX_SLOW_VELOCITY: f64 = 0.5;
+/// Assumed slow velocity over the greatest velocity, where that is less.
+const SLOW_VELOCITY_SHARE: f64 = 0.1;
+/// Assumed Coulomb friction over the effort A_kk a_max.
+const COULOMB_SHARE_OF_EFFORT: f64 = 0.05;
+/// Assumed offset of friction over the Coulomb friction.
+const OFFSET_SHARE_OF_COULOMB: f64 = 0.05;
+/// Assumed viscous friction at negative over that at positive velocities.
+const BACKWARD_VISCOUS_RATIO: f64 = 0.9;
+/// Assumed greatest effort over A_kk a_max.
+const EFFORT_MARGIN: f64 = 5.0;
+/// Share of the greatest gravity torque in the assumed greatest effort.
+const GRAVITY_MARGIN: f64 = 3.0;
 
-/// Sentences on defaults. One that is taken for several coordinates is one sentence with all their names.
+/// Notes on defaults: (text, names). A default for several coordinates is one sentence with all their names.
 #[derive(Default)]
 struct Taken(Vec<(String, Vec<String>)>);
 
 impl Taken {
-    /// A default of the coordinate `name`.
+    /// Adds a note on a default of the coordinate `name`.
     fn note(&mut self, name: String, text: String) {
         match self.0.iter_mut().find(|t| t.0 == text) {
             Some(t) => t.1.push(name),
@@ -70,12 +85,12 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             let what = format!("greatest {kind} ({})", kind.unit(slides));
             match found {
                 Some(x) if x.is_finite() && x > 0.0 => return x,
-                Some(x) => note(format!("{what} of {x} in the file, which leaves no motion; {value} assumed")),
+                Some(x) => note(format!("{what} of {x} in the file, which allows no motion; {value} assumed")),
                 None => note(format!("no {what} in the file, {value} assumed")),
             }
             value
         };
-        // The limits of the file where they leave a motion.
+        // The limits of the file where they allow a motion.
         let fast = ASSUMED_VELOCITY_FACTOR * fast;
         let velocity = or(c.limits.velocity, fast, LimitKind::Velocity);
         let acceleration = or(c.limits.acceleration, ASSUMED_ACCELERATION_RATIO * fast, LimitKind::Acceleration);
@@ -84,7 +99,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             Some((low, high)) if low < high && low.is_finite() && high.is_finite() => (low, high),
             Some((low, high)) => {
                 note(format!(
-                    "position from {low} to {high} in the file, which leaves no motion; +-{far} {unit} assumed"
+                    "position from {low} to {high} in the file, which allows no motion; +-{far} {unit} assumed"
                 ));
                 (-far, far)
             }
@@ -93,7 +108,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
                 (-far, far)
             }
         };
-        let slow_velocity = 0.5_f64.min(0.1 * velocity);
+        let slow_velocity = MAX_SLOW_VELOCITY.min(SLOW_VELOCITY_SHARE * velocity);
         MotionLimits {
             position,
             velocity,
@@ -107,7 +122,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     (limits, taken.sentences().collect())
 }
 
-/// The friction of each joint: that of the file, and defaults for what it lacks. `effort`: A_kk a_max.
+/// The friction law of each joint: from the file, with defaults for missing values. `effort`: A_kk a_max, N m (N).
 pub(super) fn joint_friction(
     robot: &Robot,
     limits: &[MotionLimits],
@@ -115,6 +130,7 @@ pub(super) fn joint_friction(
     notes: &mut Vec<String>,
 ) -> Vec<FrictionLaw> {
     let mut taken = Taken::default();
+    // G(v) = F v + Fs sign(v) + offset, each from the file or as a share of the effort.
     let law = |(k, (limits, effort)): (usize, (&MotionLimits, &f64))| {
         let file = joint_of(robot, k).map(|j| j.friction).unwrap_or_default();
         let unit = LimitKind::Effort.unit(is_prismatic(robot, k));
@@ -126,14 +142,15 @@ pub(super) fn joint_friction(
                 value
             })
         };
-        let coulomb = or(file.coulomb, 0.05 * effort, "Coulomb friction", unit.into());
+        let coulomb = or(file.coulomb, COULOMB_SHARE_OF_EFFORT * effort, "Coulomb friction", unit.into());
         let what = "viscous friction (backward a tenth less)";
         let viscous = or(file.viscous, 0.5 * coulomb / limits.velocity, what, format!("{unit}/({per})"));
-        let backward = if file.viscous.is_some() { viscous } else { 0.9 * viscous };
+        let backward = if file.viscous.is_some() { viscous } else { BACKWARD_VISCOUS_RATIO * viscous };
         let offset = match file.coulomb {
             Some(_) => file.offset.unwrap_or(0.0),
-            None => or(file.offset, 0.05 * coulomb, "offset of friction", unit.into()),
+            None => or(file.offset, OFFSET_SHARE_OF_COULOMB * coulomb, "offset of friction", unit.into()),
         };
+        // Coulomb friction is coulomb + offset for v > 0 and coulomb - offset for v < 0.
         FrictionLaw::asymmetric(viscous, coulomb + offset, backward, offset - coulomb)
     };
     let laws = limits.iter().zip(effort).enumerate().map(law).collect();
@@ -141,13 +158,13 @@ pub(super) fn joint_friction(
     laws
 }
 
-/// The greatest effort of each drive: that of the file, or enough for the greatest acceleration and gravity.
+/// The greatest effort of each drive, N m (N): from the file, or enough for the greatest acceleration and gravity.
 pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes: &mut Vec<String>) -> Vec<f64> {
     let mut taken = Taken::default();
     let of = |(k, (effort, bias)): (usize, (&f64, &f64))| match robot.coordinates[k].limits.effort {
         Some(limit) if limit > 0.0 && limit.is_finite() => limit,
         other => {
-            let assumed = 5.0 * effort + 3.0 * bias;
+            let assumed = EFFORT_MARGIN * effort + GRAVITY_MARGIN * bias;
             let unit = LimitKind::Effort.unit(is_prismatic(robot, k));
             let text = match other {
                 Some(limit) => format!("greatest effort of {limit} in the file, assumed"),
@@ -162,7 +179,7 @@ pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes
     greatest
 }
 
-/// Three digits of a default.
+/// A default with three significant digits, or three decimals.
 fn digits(x: f64) -> String {
     match x.abs() {
         size if size > 0.0 && size < 1e-3 => format!("{x:.2e}"),
@@ -177,7 +194,7 @@ mod tests {
     use crate::simulate::dynamics::Dynamics;
     use crate::simulate::setup::SimulationSetup;
 
-    /// An arm of two joints with this text for each, and the setup with inertia 1 and 4.
+    /// The setup of an arm of two joints with these texts of the joints, and inertia 1 and 4 kg m^2.
     fn setup(first: &str, second: &str) -> SimulationSetup {
         struct Two;
         impl Dynamics for Two {
@@ -208,7 +225,7 @@ mod tests {
         assert_eq!(stated.friction[1], FrictionLaw::asymmetric(0.2, 0.6, 0.2, -0.6));
         assert_eq!(stated.drives.greatest_torque, [50.0, 50.0]);
         let bare = setup("", "");
-        // 5 % of 1 * 30 and of 4 * 7.5; half of that over 5 and 1.25; five efforts, and three times gravity.
+        // 5 % of 1 * 30 and of 4 * 7.5; half of that over 5 and 1.25; five times the effort, and three times gravity.
         assert_eq!(
             bare.notes,
             [
@@ -224,7 +241,7 @@ mod tests {
                 "no greatest effort in the file, assumed: q1 150.0 N m, q2 156.0 N",
             ]
         );
-        // The mean of twenty equal inertias is one to rounding.
+        // The mean of twenty equal inertias is one up to rounding.
         let expected = FrictionLaw::asymmetric(0.15, 1.5 + 0.075, 0.9 * 0.15, 0.075 - 1.5);
         for speed in [-1.0, 0.002, 2.0] {
             assert!((bare.friction[0].torque(speed, 0.0) - expected.torque(speed, 0.0)).abs() < 1e-14);

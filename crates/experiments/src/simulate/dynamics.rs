@@ -1,8 +1,8 @@
-//! A robot as simulation sees it: the inertia matrix, and the torque without acceleration.
+//! The dynamics that a simulation needs: the inertia matrix, and the torque without acceleration.
 //!
-//! tau = A(q) ddq + h(q, dq), friction not included; h holds the centrifugal, Coriolis and gravity
-//! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in
-//! ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) - Y(q, dq, 0)) X.
+//! tau = A(q) ddq + h(q, dq), friction not included; h holds the centrifugal, Coriolis and gravity torques. Any [`Regressor`]
+//! with parameter values gives them: with Y(q, dq, ddq) linear in ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) -
+//! Y(q, dq, 0)) X.
 
 use linear_model::regressor::Regressor;
 
@@ -16,7 +16,7 @@ pub trait Dynamics: Sync {
     /// Writes A (n x n, row by row, kg m^2) and h (n, N m) at q (rad), dq (rad/s).
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]);
 
-    /// The same of several states (q, dq), one after the other.
+    /// Writes A and h of several states (q, dq), one after the other.
     fn fill_each(&self, states: &[(&[f64], &[f64])], inertia: &mut [f64], bias: &mut [f64]) {
         let n = self.n_coordinates();
         let room = inertia.chunks_exact_mut((n * n).max(1)).zip(bias.chunks_exact_mut(n.max(1)));
@@ -49,9 +49,11 @@ impl Dynamics for RegressorDynamics<'_> {
         let mut ddq = vec![0.0; n];
         let row = |y: &[f64], i: usize| y[i * p..(i + 1) * p].iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
         self.regressor.fill(q, dq, &ddq, &mut y);
+        // h = Y(q, dq, 0) X.
         for i in 0..n {
             bias[i] = row(&y, i);
         }
+        // Column k of A is Y(q, dq, e_k) X - h.
         for k in 0..n {
             ddq[k] = 1.0;
             self.regressor.fill(q, dq, &ddq, &mut y);
@@ -64,17 +66,17 @@ impl Dynamics for RegressorDynamics<'_> {
     }
 }
 
-/// Instants whose dynamics are asked for at once.
-const AT_ONCE: usize = 64;
+/// Instants at which the dynamics are evaluated in one call.
+const INSTANTS_PER_CALL: usize = 64;
 
 /// A(q) ddq + h(q, dq) along a reference, N m, `[coordinate][instant]`.
 pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
     let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
-    let (mut inertia, mut bias) = (vec![0.0; AT_ONCE * n * n], vec![0.0; AT_ONCE * n]);
+    let (mut inertia, mut bias) = (vec![0.0; INSTANTS_PER_CALL * n * n], vec![0.0; INSTANTS_PER_CALL * n]);
     let mut found = vec![Vec::with_capacity(count); n];
     let at = |series: &[Vec<f64>], i: usize| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
-    for first in (0..count).step_by(AT_ONCE) {
-        let instants = first..count.min(first + AT_ONCE);
+    for first in (0..count).step_by(INSTANTS_PER_CALL) {
+        let instants = first..count.min(first + INSTANTS_PER_CALL);
         let states: Vec<(Vec<f64>, Vec<f64>)> =
             instants.clone().map(|i| (at(&reference.q, i), at(&reference.dq, i))).collect();
         let asked: Vec<(&[f64], &[f64])> = states.iter().map(|(q, dq)| (&q[..], &dq[..])).collect();
@@ -99,7 +101,7 @@ pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f6
     y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
 }
 
-/// Torque of the model along a reference, N m, one series a coordinate.
+/// tau = Y X along a reference, N m, one series a coordinate.
 pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
     let n = reference.q.len();
     let mut series = vec![Vec::new(); n];
@@ -115,7 +117,7 @@ pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference
 pub(crate) mod tests {
     use super::*;
 
-    /// One mass on a rail, kg.
+    /// One mass on a rail; its mass, kg.
     pub(crate) struct Mass(pub(crate) f64);
 
     impl Dynamics for Mass {

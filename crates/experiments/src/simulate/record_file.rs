@@ -1,7 +1,7 @@
-//! Records as logs: a simulation writes the files that a machine would have written.
+//! Records as logs: a simulation writes the files that a real machine would write.
 //!
-//! CSV with the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A), or `tau_<coordinate>` where
-//! the gains are one and the numbers are torques.
+//! CSV with the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). The last columns are `tau_<coordinate>` where the
+//! gains are one and the values are torques, N m.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::motion::record::Record;
 use crate::motion::trajectory_file::csv_header;
 
 impl Record {
-    /// The text of the log.
+    /// The text of the log in CSV.
     pub fn to_csv(&self, coordinates: &[String], effort: Effort) -> String {
         let letter = match effort {
             Effort::Current | Effort::PositionError => "i",
@@ -19,7 +19,7 @@ impl Record {
         };
         let mut text = csv_header(&["q", letter], coordinates);
         for i in 0..self.q.first().map_or(0, Vec::len) {
-            // A String never fails to grow; 1e-7 rad and A are below every sensor.
+            // Writing to a String cannot fail; 1e-7 rad and A are below the resolution of every sensor.
             let _ = write!(text, "{:.6}", i as f64 * self.sample_time);
             for x in self.q.iter().chain(&self.current) {
                 let _ = write!(text, ",{:.7}", x[i]);
@@ -49,7 +49,7 @@ impl Record {
         }
     }
 
-    /// The record of a log, which must have an even clock and begin with the motion.
+    /// The record of a log. Fails where the steps of the clock are uneven. The log must begin with the motion.
     pub fn from_log(log: &Log) -> Result<Record, Error> {
         if !log.report.clock.uniform {
             let message = format!(

@@ -1,7 +1,7 @@
-//! A simulated motion on its way, and several of them abreast: what A(q) and h(q, dq) of all are asked for at once.
+//! A simulated motion while it runs, and several of them together: A(q) and h(q, dq) of all are evaluated in one call.
 //!
-//! A motion goes from one look at its dynamics to the next, four of them in a step. It depends on no other: its bits are
-//! those of the motion alone.
+//! Between two evaluations of its dynamics each motion advances by one stage; a step has four. The motions are independent: the
+//! result of each is bit for bit the result that it has alone.
 
 use numerics::positive_definite::solve_positive;
 
@@ -9,10 +9,12 @@ use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::simulate::closed_loop::{Law, Simulation, Steps, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
-use crate::simulate::stiff_friction::{Felt, StiffStep};
+use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
-/// Stages of Runge-Kutta 4: the weight of each in the step, and how far ahead, in steps, the next one looks.
+/// Stages of Runge-Kutta 4: the weight of each in the step, and the time of the next stage, in steps.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
+/// Greatest position, rad (m), and velocity, rad/s (m/s), beyond which a motion is not physical.
+const DIVERGENCE_BOUND: f64 = 1e6;
 
 impl Simulation<'_> {
     /// Follows the reference; `feedforward[k][i]`, N m, is added to the controller's torque.
@@ -22,20 +24,20 @@ impl Simulation<'_> {
         self.run_under(reference, self.law(reference, feedforward))
     }
 
-    /// The same under a law of the caller's.
+    /// Follows the reference under a control law of the caller, and gives the record and the reason of its end.
     pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
-        let mut run = Run::new(self, reference, law);
+        let mut run = SimulationRun::new(self, reference, law);
         follow(self.dynamics, std::slice::from_mut(&mut run));
         run.ended()
     }
 }
 
-/// Takes all `runs` to their ends; their simulations are of these dynamics.
-pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [Run]) {
+/// Simulates all `runs` to their ends; `dynamics` are the dynamics of all their simulations.
+pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [SimulationRun]) {
     let n = dynamics.n_coordinates();
     let (mut inertia, mut bias) = (vec![0.0; runs.len() * n * n], vec![0.0; runs.len() * n]);
     loop {
-        let states: Vec<(&[f64], &[f64])> = runs.iter().filter_map(Run::asks).collect();
+        let states: Vec<(&[f64], &[f64])> = runs.iter().filter_map(SimulationRun::asks).collect();
         if states.is_empty() {
             return;
         }
@@ -48,36 +50,36 @@ pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [Run]) {
     }
 }
 
-/// A motion between two looks at its dynamics.
-pub(crate) struct Run<'a> {
+/// A motion between two evaluations of its dynamics.
+pub(crate) struct SimulationRun<'a> {
     simulation: &'a Simulation<'a>,
     reference: &'a Reference,
     law: Box<Law<'a>>,
     record: Record,
     stop: Option<Stop>,
-    /// The sample whose torque is held, the step within it, and the stage of that step.
+    /// The sample whose torque is held, the step in the sample, and the stage of that step.
     at: (usize, usize, usize),
-    /// The state of the stage, rad (m), and that of the step's begin.
+    /// The state of the stage, rad (m), and the state at the beginning of the step.
     q: Vec<f64>,
     dq: Vec<f64>,
     begin: (Vec<f64>, Vec<f64>),
     /// Weighted sums of the stages' velocities and accelerations.
     sum_v: Vec<f64>,
     sum_a: Vec<f64>,
-    /// Steps in a sample, and the step where friction is stiff.
+    /// Steps in a sample, and the implicit step where friction is stiff.
     steps: usize,
     stiff: Option<StiffStep>,
     /// Torques held, N m, and their currents, A.
     tau: Vec<f64>,
     held: Vec<f64>,
-    /// What the controller has seen last, and the velocity it filters from that.
+    /// The position that the controller read last, and its filtered velocity.
     seen: Vec<f64>,
     velocity: Vec<f64>,
 }
 
-impl<'a> Run<'a> {
-    /// The robot stands on the reference, at its velocity.
-    pub(crate) fn new(simulation: &'a Simulation, reference: &'a Reference, law: Box<Law<'a>>) -> Run<'a> {
+impl<'a> SimulationRun<'a> {
+    /// Starts on the first sample of the reference, with its velocity.
+    pub(crate) fn new(simulation: &'a Simulation, reference: &'a Reference, law: Box<Law<'a>>) -> SimulationRun<'a> {
         let n = simulation.dynamics.n_coordinates();
         let first =
             |series: &[Vec<f64>]| -> Vec<f64> { series.iter().map(|x| x.first().copied().unwrap_or(0.0)).collect() };
@@ -86,7 +88,8 @@ impl<'a> Run<'a> {
             Steps::RungeKutta(steps) => (steps, None),
             Steps::ImplicitFriction(steps) => (steps, Some(StiffStep::new(n))),
         };
-        let mut run = Run {
+        // The stage starts from the state of the step, so both are equal at first.
+        let mut run = SimulationRun {
             simulation,
             reference,
             law,
@@ -105,23 +108,24 @@ impl<'a> Run<'a> {
             held: zeros(),
             seen: zeros(),
         };
+        // The torque of the first sample is held from time zero on.
         run.control();
         run
     }
 
-    /// The record so far, and why it ends.
+    /// The record, and the reason why it ends.
     ///
     /// Panics before the end.
     pub(crate) fn ended(self) -> (Record, Stop) {
         (self.record, self.stop.expect("the run was followed to its end"))
     }
 
-    /// The state q, dq whose dynamics it needs; `None` at its end.
+    /// The state q, dq at which the dynamics are needed; `None` at the end.
     fn asks(&self) -> Option<(&[f64], &[f64])> {
         self.stop.is_none().then_some((&self.q, &self.dq))
     }
 
-    /// The controller at a sample: the encoder's position, its filtered backward difference, the limited torque.
+    /// The controller at a sample: reads the rounded position, filters its backward difference, and limits the torque.
     fn control(&mut self) {
         let (i, reference, simulation) = (self.at.0, self.reference, self.simulation);
         if i >= reference.q.first().map_or(0, Vec::len) {
@@ -150,15 +154,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Goes on with A (n x n, row by row) and h of the state it asked about, which are used up.
+    /// Advances by one stage with A (n x n, row by row) and h at the state of [`SimulationRun::asks`]; both are overwritten.
     fn take(&mut self, inertia: &mut [f64], bias: &mut [f64]) {
         let (sample, step, stage) = self.at;
         let free = bias;
+        // free = tau - h; friction is added by the integrator.
         free.iter_mut().zip(&self.tau).for_each(|(free, tau)| *free = tau - *free);
         let length = self.reference.sample_time / self.steps as f64;
         let went_on = match &mut self.stiff {
             Some(stiff) => {
-                let felt = Felt { friction: self.simulation.friction, tau: &self.tau, length };
+                let felt = FrictionLoad { friction: self.simulation.friction, tau: &self.tau, length };
                 let (begin, state) = ((&self.begin.0[..], &self.begin.1[..]), (&mut self.q[..], &mut self.dq[..]));
                 stiff.take(stage, &felt, begin, state, (inertia, free))
             }
@@ -171,7 +176,8 @@ impl<'a> Run<'a> {
             self.at.2 = stage + 1;
             return;
         }
-        if !self.q.iter().chain(&self.dq).all(|x| x.abs() < 1e6) {
+        // A diverging loop is reported as not physical.
+        if !self.q.iter().chain(&self.dq).all(|x| x.abs() < DIVERGENCE_BOUND) {
             return self.break_down();
         }
         self.begin.0.copy_from_slice(&self.q);
@@ -183,7 +189,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// A stage of Runge-Kutta 4 in a step of `length`; `free` is tau - h. `false`: A is not positive definite.
+    /// A stage of Runge-Kutta 4 in a step of `length` s; `free` is tau - h. `false`: A is not positive definite.
     fn runge_kutta(&mut self, stage: usize, length: f64, inertia: &mut [f64], free: &mut [f64]) -> bool {
         // ddq = A^-1 (tau - h - G).
         let ddq = free;
@@ -225,10 +231,10 @@ mod tests {
     use crate::motion::profile::Profile;
     use crate::plan::exciting_trajectory::{ExcitingTrajectory, MovingJoints, SwingCourse};
     use crate::plan::motion_kind::MotionKind;
-    use crate::simulate::closed_loop::{Controller, Drives};
+    use crate::simulate::closed_loop::{Drives, JointPd};
     use crate::simulate::defaults::POSITION_QUANTUM;
 
-    /// An arm that hangs, with a light flange behind it.
+    /// A hanging arm with a light flange at its end.
     struct ArmAndFlange;
 
     impl Dynamics for ArmAndFlange {
@@ -243,7 +249,7 @@ mod tests {
         }
     }
 
-    /// Both to and fro, against each other.
+    /// Both joints swing to and fro in opposite directions.
     fn swing() -> Reference {
         let (kind, profile, centre) = (MotionKind::Inertial, Profile::Smooth, [0.0; 2]);
         let joints = MovingJoints { kind, fast: 0, slow: &[], centre: &centre };
@@ -263,11 +269,12 @@ mod tests {
         both
     }
 
-    /// The record under friction of 1 N m at the flange in steps of one kind, or in those that it asks for; its steps too.
+    /// The record under friction of 1 N m at the flange with these steps, or with the steps of [`Simulation::with_short_steps`];
+    /// and the steps.
     fn record(smoothing: f64, steps: Option<Steps>) -> (Record, Steps) {
         let reference = swing();
         let inertia = [2.0, 1e-4];
-        let controller = Controller::for_inertia(&inertia, &[8.0; 2], 900.0);
+        let controller = JointPd::for_inertia(&inertia, &[8.0; 2], 900.0);
         let drives = Drives { gain: vec![1.0; 2], greatest_torque: vec![100.0, 20.0] };
         let law = |f| FrictionLaw { smoothing, ..FrictionLaw::asymmetric(0.5 * f, f, 0.4 * f, -0.9 * f) };
         let simulation = Simulation {
@@ -295,7 +302,7 @@ mod tests {
 
     #[test]
     fn steps_through_stiff_friction_are_of_second_order() {
-        // Smooth enough for both to be in their asymptotic range, where half the step leaves a quarter of the error.
+        // Smooth enough for both to be in their asymptotic range, where half the step has a quarter of the error.
         let (exact, _) = record(1.0, Some(Steps::RungeKutta(64)));
         let error = |steps| apart(&record(1.0, Some(Steps::ImplicitFriction(steps))).0, &exact, 0);
         let (coarse, fine) = (error(16), error(32));
@@ -311,7 +318,7 @@ mod tests {
         for k in 0..2 {
             let moved = many.q[k].iter().fold(0.0_f64, |most, q| most.max(q.abs()));
             let off = apart(&few, &many, k);
-            // What no simulated encoder sees.
+            // Below the resolution of any simulated encoder.
             assert!(off < POSITION_QUANTUM && moved > 1000.0 * POSITION_QUANTUM, "{k}: {off:e} of {moved}");
         }
     }

@@ -1,14 +1,12 @@
-//! Everything that a simulation or a plan needs beyond the model. It comes from the robot's file, or from stated
-//! defaults where the file does not have it.
+//! The values that a simulation or a plan needs beyond the model: from the robot's file, or stated defaults where the file lacks
+//! them.
 //!
-//! The defaults are those of [`crate::simulate::defaults`]. Without a note, because no file has them: controller of 10
-//! Hz; encoder quantum 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the
-//! greatest acceleration takes. Drive gains are one where the file has none; the notes on them are those of who makes
-//! currents.
+//! The defaults are listed in [`crate::simulate::defaults`]. Without a note, because no file has them: controller of 10 Hz;
+//! encoder quantum 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the greatest
+//! acceleration takes. Drive gains are one where the file has none; the code that computes currents adds the notes on them.
 //!
-//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. At rest, friction turns its sign
-//! within w = 0.005 rad/s. There a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta step
-//! is at most 2 / l long.
+//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. Friction changes its sign within w = 0.005
+//! rad/s. There a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta step is at most 2 / l long.
 
 use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
@@ -18,43 +16,53 @@ use robot::Robot;
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::plan::candidates::MotionLimits;
-use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Steps, Stop};
+use crate::simulate::closed_loop::{Drives, JointPd, Sensors, Simulation, Steps, Stop};
 use crate::simulate::defaults::{CONTROL_BANDWIDTH_HZ, POSITION_QUANTUM};
 use crate::simulate::defaults::{greatest_effort, joint_friction, joint_of, motion_limits};
 use crate::simulate::dynamics::{Dynamics, torques};
-use crate::simulate::run::{Run, follow};
+use crate::simulate::run::{SimulationRun, follow};
 
-/// What a controller adds for a reference, N m, `[coordinate][instant]`.
+/// Computes the torque that a controller adds for a reference, N m, `[coordinate][instant]`.
 pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
 
-/// A simulated robot apart from its dynamics.
+/// The properties of a simulated robot except its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
     /// Limits of the motions, one per coordinate.
     pub limits: Vec<MotionLimits>,
     /// Tuned to the robot's inertia.
-    pub controller: Controller,
-    /// Whether the controllers know the robot: they add A(q) ddq + h(q, dq) of the reference to their own torques.
+    pub controller: JointPd,
+    /// Whether the controllers have a model of the robot: they add A(q) ddq + h(q, dq) of the reference to their own torques.
     pub knows_robot: bool,
     /// Gains and limits of the drives.
     pub drives: Drives,
     /// Noise and resolution of the sensors.
-    pub sensing: Sensing,
+    pub sensing: Sensors,
     /// One per joint.
     pub friction: Vec<FrictionLaw>,
-    /// Sentences on the defaults taken.
+    /// Sentences on the defaults used.
     pub notes: Vec<String>,
 }
 
-/// Largest factor by which the controller may take the robot for heavier than it is. At 7 the sampled loop, with 1 kHz
-/// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees. It has 22 at 10, and none at 18.2.
+/// Largest factor by which the inertia of the controller may exceed the inertia of the robot. At 7 the sampled loop, with 1 kHz
+/// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees; it has 22 at 10, and none at 18.2.
 const MAX_LIGHTNESS: f64 = 7.0;
 /// Random poses from which the inertia of the joints is taken.
 const INERTIA_POSES: usize = 20;
+/// Pole of the velocity filter over the bandwidth of the controller.
+const FILTER_POLE_BANDWIDTHS: f64 = 15.0;
+/// Standard deviation of the position noise over the encoder quantum.
+const POSITION_NOISE_QUANTA: f64 = 0.5;
+/// Standard deviation of the torque noise over the effort A_kk a_max.
+const TORQUE_NOISE_SHARE: f64 = 0.01;
+/// Runge-Kutta steps a sample of the controller, at least.
+const RUNGE_KUTTA_STEPS: usize = 2;
+/// Relative tolerance for the rounding of a sample time.
+const SAMPLE_TIME_TOLERANCE: f64 = 1e-9;
 /// Longest period of the controller, s.
 pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 
-/// A(q) at random poses within the limits, and the greatest |h_k(q, 0)| of each joint there, N m.
+/// A(q) at random poses within the limits, and for each joint the greatest |h_k(q, 0)| over these poses, N m.
 fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
     let n = limits.len();
     let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
@@ -70,8 +78,8 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
 
 /// The inertia J_k that the controller of a joint is tuned to, with a note where it is not the mean A_kk.
 ///
-/// The mean A_kk is the inertia of the joint with the others held. Where the joints move each other so much that the
-/// loop would ring, the least 1 / (A^-1)_kk is taken, the inertia with the others free.
+/// The mean A_kk is the inertia of the joint with the other joints locked. Where the joints are coupled so strongly that the loop
+/// would oscillate, the least 1 / (A^-1)_kk is taken, the inertia with the other joints free.
 fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Option<String>) {
     let lightness = matrices.iter().map(|a| lightness(a, mean)).fold(0.0, f64::max);
     let inverses: Option<Vec<DMatrix<f64>>> = matrices.iter().map(|a| a.clone().try_inverse()).collect();
@@ -88,8 +96,8 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     }
 }
 
-/// The largest factor by which the robot is lighter than J: the largest eigenvalue of J^1/2 A^-1 J^1/2. It is zero
-/// where A is not positive definite, which the simulation reports.
+/// The largest factor by which the robot is lighter than J: the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero where A is not
+/// positive definite; the simulation reports that.
 fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
     let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / (inertia[i] * inertia[j]).sqrt());
     let least = if scaled.iter().all(|x| x.is_finite()) { scaled.symmetric_eigenvalues().min() } else { 0.0 };
@@ -101,7 +109,7 @@ impl SimulationSetup {
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
-        // The mean A_kk over random poses: the effort A_kk a_max is what defaults are shares of.
+        // The mean A_kk over random poses; several defaults are shares of the effort A_kk a_max.
         let (matrices, bias) = sampled(dynamics, &limits);
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
@@ -109,19 +117,19 @@ impl SimulationSetup {
         let gains = (0..n).map(|k| joint_of(robot, k).and_then(|j| j.drive_gain).unwrap_or(1.0)).collect();
         let friction = joint_friction(robot, &limits, &effort, &mut notes);
         let greatest_torque = greatest_effort(robot, &effort, &bias, &mut notes);
-        // The controller is tuned to the inertia that each joint feels.
+        // The controller is tuned to the effective inertia of each joint.
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();
         notes.extend(note);
-        let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
+        let velocity_pole = FILTER_POLE_BANDWIDTHS * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         SimulationSetup {
             knows_robot,
-            controller: Controller::for_inertia(&seen, &vec![CONTROL_BANDWIDTH_HZ; n], velocity_pole),
+            controller: JointPd::for_inertia(&seen, &vec![CONTROL_BANDWIDTH_HZ; n], velocity_pole),
             drives: Drives { gain: gains, greatest_torque },
-            sensing: Sensing {
+            sensing: Sensors {
                 quantum: vec![POSITION_QUANTUM; n],
-                position_noise: vec![0.5 * POSITION_QUANTUM; n],
-                torque_noise: effort.iter().map(|e| 0.01 * e).collect(),
+                position_noise: vec![POSITION_NOISE_QUANTA * POSITION_QUANTUM; n],
+                torque_noise: effort.iter().map(|e| TORQUE_NOISE_SHARE * e).collect(),
             },
             friction,
             limits,
@@ -129,12 +137,13 @@ impl SimulationSetup {
         }
     }
 
-    /// The records of motions, each at the rate of its reference and with what ended it; they are computed abreast, and
-    /// each is what it would be alone.
-    pub fn records(&self, dynamics: &dyn Dynamics, asked: &[Asked]) -> Vec<(Record, Stop)> {
-        // 1e-9 forgives the rounding of a rate of 1 kHz.
-        let parts =
-            |asked: &Asked| (asked.reference.sample_time / MAX_CONTROL_PERIOD_S - 1e-9).ceil().max(1.0) as usize;
+    /// The records of motions, each at the rate of its reference and with the reason of its end. They are computed together in
+    /// one call of the dynamics a stage; each is bit for bit the record of the motion alone.
+    pub fn records(&self, dynamics: &dyn Dynamics, asked: &[SimulatedMotion]) -> Vec<(Record, Stop)> {
+        // The tolerance absorbs the rounding of a rate of 1 kHz.
+        let parts = |asked: &SimulatedMotion| {
+            (asked.reference.sample_time / MAX_CONTROL_PERIOD_S - SAMPLE_TIME_TOLERANCE).ceil().max(1.0) as usize
+        };
         let controlled: Vec<Reference> = asked.iter().map(|a| a.reference.refined(parts(a))).collect();
         let pairs = || asked.iter().zip(&controlled);
         let simulation = |reference: &Reference| {
@@ -144,23 +153,23 @@ impl SimulationSetup {
                 drives: &self.drives,
                 quantum: &self.sensing.quantum,
                 friction: &self.friction,
-                steps: Steps::RungeKutta(2),
+                steps: Steps::RungeKutta(RUNGE_KUTTA_STEPS),
             }
             .with_short_steps(reference)
         };
         let simulations: Vec<Simulation> = controlled.iter().map(simulation).collect();
-        let feedforward = |(asked, reference): (&Asked, &Reference)| {
+        let feedforward = |(asked, reference): (&SimulatedMotion, &Reference)| {
             let known = || self.knows_robot.then(|| torques(dynamics, reference));
             asked.feedforward.map(|torques| torques(reference)).or_else(known)
         };
         let feedforwards: Vec<Option<Vec<Vec<f64>>>> = pairs().map(feedforward).collect();
         let run = |((simulation, reference), feedforward)| {
-            Run::new(simulation, reference, Simulation::law(simulation, reference, feedforward))
+            SimulationRun::new(simulation, reference, Simulation::law(simulation, reference, feedforward))
         };
         let forward = feedforwards.iter().map(Option::as_deref);
-        let mut runs: Vec<Run> = simulations.iter().zip(&controlled).zip(forward).map(run).collect();
+        let mut runs: Vec<SimulationRun> = simulations.iter().zip(&controlled).zip(forward).map(run).collect();
         follow(dynamics, &mut runs);
-        let measured = |(asked, run): (&Asked, Run)| {
+        let measured = |(asked, run): (&SimulatedMotion, SimulationRun)| {
             let (record, stop) = run.ended();
             let record = record.thinned(parts(asked));
             let Some((seed, index)) = asked.noise else { return (record, stop) };
@@ -173,13 +182,13 @@ impl SimulationSetup {
 
 /// A motion to be simulated.
 #[derive(Clone, Copy)]
-pub struct Asked<'a> {
-    /// The motion that is asked of the robot.
+pub struct SimulatedMotion<'a> {
+    /// The commanded motion.
     pub reference: &'a Reference,
-    /// What the controller adds, N m `[coordinate][instant]`, for the reference as the controller samples it. Without it
-    /// the controller adds what it knows of the robot.
+    /// Computes the torque that the controller adds, N m `[coordinate][instant]`, for the reference at the controller's rate.
+    /// Without it the controller adds the torques of its model, if it has one.
     pub feedforward: Option<&'a Feedforward<'a>>,
-    /// The seed and the index of its stream; `None`: without noise.
+    /// The seed of the noise and the index of its random stream; `None`: without noise.
     pub noise: Option<(u64, u64)>,
 }
 
@@ -188,13 +197,13 @@ mod tests {
     use super::*;
     use crate::simulate::dynamics::tests::Mass;
 
-    /// How far a mass still is from its goal a second after a step of 1, where the controller takes it for so much
-    /// heavier.
+    /// Distance of a mass from its goal a second after a step of 1, where the controller assumes a mass that is greater by this
+    /// factor.
     fn left(lightness: f64) -> f64 {
         let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         let simulation = Simulation {
             dynamics: &Mass(1.0),
-            controller: &Controller::for_inertia(&[lightness], &[CONTROL_BANDWIDTH_HZ], velocity_pole),
+            controller: &JointPd::for_inertia(&[lightness], &[CONTROL_BANDWIDTH_HZ], velocity_pole),
             drives: &Drives { gain: vec![1.0], greatest_torque: vec![1e5] },
             quantum: &[0.0],
             friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],

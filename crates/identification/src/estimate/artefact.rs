@@ -1,9 +1,9 @@
-//! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
+//! The estimate: the parameters, their standard deviations, the residuals, and the directions that are not identifiable.
 
 use std::collections::BTreeSet;
 use std::fmt;
 
-use linear_model::artefact::{self, Kind, Seal};
+use linear_model::artefact::{self, ArtefactKind, Checksum};
 use linear_model::description_options::DescriptionOptions;
 use linear_model::parameter::ParameterId;
 use linear_model::reference::ModelReference;
@@ -16,7 +16,7 @@ use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
 use crate::estimate::torque_error::TorqueError;
 
-/// Identified parameters with their uncertainty and the residual they leave.
+/// Identified parameters with their standard deviations and residuals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Estimate {
@@ -25,12 +25,12 @@ pub struct Estimate {
     /// Fingerprint of the base regressor it was made with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
-    /// How the description of the robot was read, where it was not read as it stands.
+    /// How the description of the robot was read, where options changed it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
     /// How it was estimated, in words.
     pub method: String,
-    /// Files that it was made from, as the user named them.
+    /// Names of its log files, as the user gave them.
     pub logs: Vec<String>,
     /// Base parameters, then friction, couplings and drive gains.
     pub parameters: Vec<Identified>,
@@ -41,20 +41,19 @@ pub struct Estimate {
     pub total: Option<f64>,
     /// `total` where each tenth of the record is predicted from the others; of a plan, each experiment.
     pub cross_validation: Option<f64>,
-    /// The same for each tenth alone, in the order of time, log after log.
+    /// Relative error of each tenth of the record, predicted from the others, in the order of time, log after log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tenths: Vec<f64>,
     /// Condition number of the columns scaled to unit norm; absent where there was no such matrix.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub condition_number: Option<f64>,
-    /// Whether a method of many rounds came to rest; absent for methods that need none.
+    /// Whether an iterative method converged; absent for methods without iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
-    /// Chi^2 of RIST-MH over the rows less the unknowns, against the noise between the periods; absent where none was
-    /// measured.
+    /// Chi^2 of RIST-MH, with the noise between the periods, over (rows - unknowns); absent where no noise was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
-    /// How unsure torques are, by use; of a plan, those of the bodies.
+    /// Errors of predicted torques, by use; of a plan, of the torques of the bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torque_errors: Vec<TorqueError>,
     /// Number of parameters, or combinations of them, that the data determine.
@@ -67,24 +66,23 @@ pub struct Estimate {
     /// Cut-off of the low-pass, Hz; absent where nothing was filtered.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub cutoff: Option<f64>,
-    /// Sentences on what the data cannot tell.
+    /// Sentences on parameters that the data do not determine, and on the data.
     pub remarks: Vec<String>,
-    /// Sentences on what speaks against the model, which take a yes away.
+    /// Sentences on evidence against the model; with one of them the verdict is not yes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
-    /// Reasons not to use it, where the verdict of its identification was no.
+    /// Reasons not to use the estimate, where the verdict of its identification was no.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refusal: Vec<String>,
-    /// The options it was made with, so that other logs can be predicted in the same way; absent for estimates of
-    /// experiments.
+    /// The options of the estimate, with which other logs can be predicted; absent for estimates of experiments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Options>,
-    /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
+    /// Covariance sigma_i sigma_j rho_ij, row by row, in the order of `parameters`; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Whether the file that it was read from is as rist wrote it.
+    /// Whether the checksum of its file matches: whether the file is unchanged since rist wrote it.
     #[serde(skip)]
-    pub seal: Seal,
+    pub checksum: Checksum,
     /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
     /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -92,14 +90,14 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The model that it was made with, where it says which.
+    /// The model of the estimate; `None` without a fingerprint.
     pub fn made_with(&self) -> Option<ModelReference> {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Widens the deviation of parameter c to the root of its square and that of `shift(c)`. Its row and column of the
-    /// covariance grow by the same factor: correlations stay.
-    pub(crate) fn widen(&mut self, shift: impl Fn(usize) -> f64) {
+    /// Inflates the standard deviation of parameter c to sqrt(sigma^2 + shift(c)^2), `shift` in the unit of the parameter.
+    /// Its row and column of the covariance grow by the same factor: correlations stay.
+    pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
             let (sigma, shift) = (parameter.sigma.unwrap_or(0.0), shift(c));
@@ -111,7 +109,7 @@ impl Estimate {
         }
     }
 
-    /// The value of a parameter; `None` where it is not identifiable or not there.
+    /// The value of a parameter; `None` where it is not identifiable or not part of the estimate.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
@@ -124,7 +122,7 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The value of a parameter that predicts torques; `None` where the parameter is not there.
+    /// The value of a parameter that predicts torques; `None` where the parameter is not part of the estimate.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
@@ -132,7 +130,7 @@ impl Estimate {
     /// The text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
-        artefact::write(Kind::Estimate, self.seal, &whole).map_err(Error::new)
+        artefact::write(ArtefactKind::Estimate, self.checksum, &whole).map_err(Error::new)
     }
 
     /// Reads estimate.yaml.
@@ -141,7 +139,7 @@ impl Estimate {
     /// whose value is NaN or infinite.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
-        let mut estimate: Estimate = artefact::read(Kind::Estimate, text).map_err(at)?;
+        let mut estimate: Estimate = artefact::read(ArtefactKind::Estimate, text).map_err(at)?;
         // The count stands in the last line, so a file that was cut short has none.
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
@@ -152,8 +150,8 @@ impl Estimate {
                 return Err(at(message.into()));
             }
         }
-        estimate.seal = Seal::of(text);
-        // What the reading of YAML lets pass: names twice, negative deviations, numbers that are none.
+        estimate.checksum = Checksum::of(text);
+        // Errors that the YAML parser does not find: repeated names, negative deviations, NaN and infinite numbers.
         let mut seen = BTreeSet::new();
         if let Some(twice) =
             estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))
@@ -162,7 +160,7 @@ impl Estimate {
         }
         let is_negative = |p: &&Identified| [p.sigma, p.white_sigma].into_iter().flatten().any(|sigma| sigma < 0.0);
         if let Some(p) = estimate.parameters.iter().find(is_negative) {
-            return Err(at(format!("the deviation of {} is negative: make the file again", p.id)));
+            return Err(at(format!("the sigma of {} is negative: make the file again", p.id)));
         }
         if let Some(cutoff) = estimate.cutoff.filter(|hz| !CUTOFFS_HZ.contains(hz)) {
             let (low, high) = (CUTOFFS_HZ.start(), CUTOFFS_HZ.end());
@@ -178,27 +176,38 @@ impl Estimate {
     }
 }
 
-/// Cut-offs that a filter of a log can have, Hz.
+/// Valid cut-offs of the low-pass of a log, Hz.
 const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
-/// A number of an estimate; files of before have 0 where there is none.
+/// Reads an optional number of an estimate; older files have 0 in place of an absent number.
 pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one.
-/// The parameters of a robot below a kilogram would all be zeros otherwise. A value has six digits, or as many more as
-/// its deviation asks for.
+/// Digits behind the decimal point: at least five, enough for two digits of sigma, or for three of the value where sigma
+/// is absent. The parameters of a robot below a kilogram would all be zeros otherwise. A value has at most six significant
+/// digits, or more where its sigma needs them.
 fn decimals(sigma: f64, value: f64) -> usize {
-    let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {
-        (true, _) => places(sigma, 2.0),
-        (false, false) => places(value, 3.0),
-        (false, true) => 5,
+        (true, _) => places(sigma, SIGMA_DIGITS),
+        (false, false) => places(value, DIGITS_WITHOUT_SIGMA),
+        (false, true) => USUAL_DECIMALS,
     };
-    let most = if value == 0.0 { 5 } else { places(value, 6.0).max(shown) };
-    shown.max(5).min(most)
+    let most = if value == 0.0 { USUAL_DECIMALS } else { places(value, MOST_VALUE_DIGITS).max(shown) };
+    shown.max(USUAL_DECIMALS).min(most)
 }
+
+/// Usual number of decimals of a value.
+const USUAL_DECIMALS: usize = 5;
+/// Largest number of decimals.
+const MOST_DECIMALS: f64 = 9.0;
+/// Significant digits of sigma.
+const SIGMA_DIGITS: f64 = 2.0;
+/// Significant digits of a value without sigma.
+const DIGITS_WITHOUT_SIGMA: f64 = 3.0;
+/// Largest number of significant digits of a value, unless its sigma needs more.
+const MOST_VALUE_DIGITS: f64 = 6.0;
 
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -233,7 +242,7 @@ impl fmt::Display for Estimate {
             self.rank,
             self.parameters.len()
         )?;
-        if let Some(said) = self.seal.said() {
+        if let Some(said) = self.checksum.said() {
             writeln!(f, "{said}")?;
         }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))
@@ -255,7 +264,7 @@ mod tests {
                 Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.25, Deviations::white(0.0125)),
                 Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 0.5),
             ],
-            joints: Residuals::new(&Pendulum::new(), vec![Squares { torque: 40.0, left: 0.1, rows: 10 }]).joints,
+            joints: Residuals::new(&Pendulum::new(), vec![Squares { torque: 40.0, residual: 0.1, rows: 10 }]).joints,
             condition_number: Some(f64::INFINITY),
             rank: 1,
             remarks: vec!["FV1 is not identifiable from this log: joint q1 moves 0.000 rad".into()],

@@ -1,34 +1,38 @@
-//! Whether a residual is noise: how far in time it resembles itself.
+//! Whether a residual is noise, by its autocorrelation time.
 //!
-//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2. Each sum is over the pairs of rows that both count, and is divided by
-//! their number. The memory is the area below rho up to its first zero. White noise behind the zero-phase low-pass of
-//! order four has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c. A residual with a much longer memory
-//! holds what the model lacks. Other orders differ by a tenth.
+//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2. Each sum is over the pairs of used rows, and is divided by their number.
+//! The autocorrelation time (memory) is the area below rho up to its first zero. White noise after the zero-phase
+//! low-pass of order four has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c. A residual with a much
+//! longer memory contains an effect that the model lacks. For other orders of the filter the constant differs by a tenth.
 //!
-//! Behind robust weights w, e is sqrt(w) times the residual, and rows that count nothing are in no pair.
+//! With robust weights w, e is sqrt(w) times the residual, and rows of weight zero are in no pair.
 //!
-//! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
-//! (`estimators::correlated_deviation`).
+//! e: N m (N); l: samples; the memory: s. Not here: the effect of correlated residuals on standard deviations
+//! (`estimators::replicate_deviation`).
 
 use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
 use numerics::fourier::self_products;
 
+use crate::estimate::identified::INTERVAL;
 use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
-/// Lags that are looked at.
-const MAX_LAGS: usize = 200;
+/// Largest lag of the autocorrelation, samples.
+const LARGEST_LAG_SAMPLES: usize = 200;
 
-/// Memory of filtered white noise, in periods of the cut-off.
+/// A lag is used where it has at least 1/4 of the pairs of lag 0.
+const LEAST_PAIRS_DIVISOR: usize = 4;
+
+/// Autocorrelation time of filtered white noise, in periods of the cut-off.
 pub const NOISE_MEMORY_PERIODS: f64 = 0.320;
 
-/// rho after t seconds, of white noise behind a low-pass of this cut-off, Hz.
+/// Autocorrelation rho at lag `t`, s, of white noise after a low-pass with this cut-off, Hz.
 pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     const FREQUENCY_STEPS: usize = 200;
     let (mut whole, mut turned) = (0.0, 0.0);
     for i in 0..FREQUENCY_STEPS {
-        // Beyond twice the cut-off nothing is left.
+        // The density is negligible beyond twice the cut-off.
         let f = 2.0 * (i as f64 + 0.5) / FREQUENCY_STEPS as f64;
         let density = (1.0 + f.powi(8)).powi(-2);
         whole += density;
@@ -37,7 +41,7 @@ pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     turned / whole
 }
 
-/// Sums of products of one residual with itself.
+/// Sums of products of one residual with its delayed copy.
 #[derive(Clone, Debug)]
 struct Products {
     /// By lag.
@@ -52,23 +56,23 @@ pub struct Autocorrelation {
     joints: Vec<Products>,
     /// s between successive rows.
     period: f64,
-    /// The residuals of the current record, joint by joint; NaN where a row does not count.
+    /// The residuals of the current record, by joint, N m (N); NaN where a row is not used.
     record: Vec<Vec<f64>>,
     robust: Option<Robust>,
 }
 
 impl Autocorrelation {
-    /// Without a record; `robust`: what rows count, where not all alike.
+    /// An autocorrelation without a record; `robust`: weights of rows, where they differ.
     pub fn new(joints: usize, robust: Option<Robust>) -> Autocorrelation {
-        let none = Products { sums: vec![0.0; MAX_LAGS + 1], pairs: vec![0; MAX_LAGS + 1] };
+        let none = Products { sums: vec![0.0; LARGEST_LAG_SAMPLES + 1], pairs: vec![0; LARGEST_LAG_SAMPLES + 1] };
         Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints], robust }
     }
 
-    /// Adds the residuals of a record, one series per joint, `period` s apart; NaN where a row does not count.
+    /// Adds the residuals of a record, one series per joint, N m (N), `period` s apart; NaN where a row is not used.
     pub(crate) fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
-            let lags = MAX_LAGS.min(e.len().saturating_sub(1));
+            let lags = LARGEST_LAG_SAMPLES.min(e.len().saturating_sub(1));
             if e.iter().all(|e| !e.is_nan()) {
                 for (lag, sum) in self_products(e, lags).iter().enumerate() {
                     products.sums[lag] += sum;
@@ -87,20 +91,23 @@ impl Autocorrelation {
         }
     }
 
-    /// rho of joint j at 0, 1, .. samples, with the times, s; empty without a residual.
+    /// Pairs (lag in s, rho) of joint j at lags of 0, 1, .. samples; empty without a residual.
     pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
         let products = &self.joints[j];
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
-        // Lags with less than a quarter of the pairs have too poor a mean.
-        let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / 4;
+        // The mean at lags with fewer pairs is too uncertain.
+        let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / LEAST_PAIRS_DIVISOR;
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
         }
-        (0..=MAX_LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()
+        (0..=LARGEST_LAG_SAMPLES)
+            .take_while(enough)
+            .map(|lag| (lag as f64 * self.period, mean(lag) / mean(0)))
+            .collect()
     }
 
-    /// The area below rho of joint j up to its first zero or the last lag, by the trapezoidal rule, s; `None` without a
-    /// residual.
+    /// Autocorrelation time of joint j, s: the area below rho up to its first zero or the last lag, by the trapezoidal
+    /// rule. `None` without a residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {
@@ -117,9 +124,9 @@ impl Autocorrelation {
         Some(area)
     }
 
-    /// Half of the band within which rho of white noise stays with 95 %, for joint j.
+    /// Half width of the 95 % band of rho of white noise, for joint j.
     pub fn band(&self, j: usize) -> f64 {
-        1.96 / (self.joints[j].pairs[0].max(1) as f64).sqrt()
+        INTERVAL / (self.joints[j].pairs[0].max(1) as f64).sqrt()
     }
 }
 
@@ -128,7 +135,7 @@ impl ResidualSum for Autocorrelation {
         let n = model.n();
         for (j, (record, residuals)) in self.record.iter_mut().zip(group.residuals).enumerate() {
             let factor = |e: f64| row_factor(self.robust.as_ref(), j, e);
-            // A row that counts nothing is none.
+            // A row of weight zero is treated as absent.
             let counting = |e: f64| Some(factor(e) * e).filter(|_| factor(e) > 0.0).unwrap_or(f64::NAN);
             let of = |(r, e): (usize, &f64)| if group.states.used[r * n + j] { counting(*e) } else { f64::NAN };
             record.extend(group.samples.clone().zip(residuals).map(of));
@@ -159,7 +166,7 @@ mod tests {
         found.memory(0).unwrap()
     }
 
-    /// The memory of filtered noise is the constant; that of a process with rho = a^l is -1/ln a samples.
+    /// The memory of filtered noise equals the constant; the memory of a process with rho = a^l is -1/ln a samples.
     #[test]
     fn noise_and_slow_processes_have_the_memory_they_should() {
         let mut random = Random::new(3);
@@ -167,17 +174,17 @@ mod tests {
         let (rate, cutoff) = (1000.0, 20.0);
         let filter = Butterworth::low_pass(4, cutoff, rate).unwrap();
         let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
-        // 40000 rows hold some 1600 independent ones.
+        // 40000 rows contain about 1600 independent ones.
         let found = memory(filtered, 1.0 / rate) * cutoff;
         assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
-        // The constant is the area below the curve up to its first zero, to the width of a strip.
+        // The constant equals the area below the curve up to its first zero, within the width of a strip.
         let strips = (0..).map(|i| filtered_noise(cutoff, 1e-5 * f64::from(i))).take_while(|rho| *rho > 0.0);
         let area: f64 = strips.map(|rho| 1e-5 * rho).sum();
         assert!((area * cutoff / NOISE_MEMORY_PERIODS - 1.0).abs() < 2e-3, "{area}");
         let a = 0.95f64;
         let mut slow = vec![0.0];
         white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));
-        // 40000 rows hold some thousand independent ones.
+        // 40000 rows contain about a thousand independent ones.
         assert!((memory(slow, 1.0) * -a.ln() - 1.0).abs() < 0.2);
         assert!(memory(white, 1.0) < 1.0);
     }
@@ -188,9 +195,9 @@ mod tests {
         let mut found = Autocorrelation::new(2, None);
         found.add_record(&[e, vec![f64::NAN; 400]], 0.1);
         let (t, rho) = found.of_joint(0)[2];
-        // Rounding of a transform of a thousand samples.
+        // Tolerance: rounding of a transform of a thousand samples.
         assert!(t == 0.2 && (rho - 1.0).abs() < 1e-12, "{t} {rho}");
-        // A constant resembles itself up to the last lag, at 20 s.
+        // A constant has rho = 1 up to the last lag, at 20 s.
         assert!((found.memory(0).unwrap() - 20.0).abs() < 1e-10);
         assert_eq!(found.memory(1), None);
         assert!(found.of_joint(1).is_empty());

@@ -1,10 +1,10 @@
-//! From logs to parameters that a simulator accepts: the way in to `estimators::consistent`.
+//! From logs to physically consistent parameters: the entry point of `estimators::consistent`.
 //!
-//! The weights by joint are those of WLS. The data are discounted by the median of (sigma by parts / white sigma)^2
-//! over the parameters, so that the reference is weighed against what the residuals are worth. Friction that the motion
-//! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
-//! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|. The offset of a joint that carries the same weight in every
-//! pose is held at zero: no motion tells the two apart, and a file of bodies has no offset.
+//! The weights by joint come from WLS. The data are discounted by the median of (sigma / white sigma)^2 over the
+//! parameters, so that the prior is weighed against data with correlated residuals. Friction that the motion does not
+//! show is bounded by the torque that it would make. The prior standard deviation of FV_j is max|tau_j| / (speed of the
+//! fastest joint); the prior standard deviation of FS_j, FT_j and OFF_j is max|tau_j|. The offset of a joint that carries
+//! the same weight in every pose is fixed to zero: no motion separates the two, and a file of bodies has no offset.
 
 use std::cell::Cell;
 
@@ -25,20 +25,23 @@ use crate::estimate::identify::Fit;
 use crate::estimate::joint_terms::LARGEST_LOAD_COEFFICIENT;
 use crate::estimate::options::Options;
 use crate::estimate::standing_torque::offset_beside_weight;
-use crate::estimators::barrier::{LARGEST_BOUNDED_RATIO, Outcome};
+use crate::estimators::barrier::{BarrierStatus, LARGEST_BOUNDED_RATIO};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::{sum_by_joint, weighted};
 
-/// Share of the weight of described bodies that guessed ones have.
+/// Weight of guessed bodies relative to the weight of nominal bodies.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
+
+/// Arm of the largest first moment, from which the mass of a guessed body follows, m.
+const GUESSED_ARM_M: f64 = 0.3;
 
 /// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Nats per unit of entropic divergence from the bodies of the description; a tenth of it where none is described,
-    /// since a ball is a guess.
+    /// Nats per unit of entropic divergence from the nominal bodies; a tenth of it without nominal bodies, since the
+    /// reference is then a guessed ball.
     pub prior_weight: f64,
     /// Discount the data for correlated residuals.
     pub discount: bool,
@@ -52,20 +55,20 @@ impl Default for Consistency {
     }
 }
 
-/// A consistent estimate, with least squares and the solver's account beside it.
+/// A physically consistent estimate, with the residual of least squares and the result of the solver.
 pub struct ConsistentFit {
-    /// Residual of least squares on the same rows, over the torques.
+    /// Relative residual |tau - W X| / |tau| of least squares on the same rows.
     pub least_residual: f64,
-    /// The solver's account, with all standard parameters.
+    /// Result of the solver, with all standard parameters.
     pub consistent: Consistent,
-    /// Base parameters and friction, values of the consistent solution.
+    /// Base parameters and friction of the consistent solution.
     pub estimate: Estimate,
 }
 
-/// Finds bodies that can exist from the data of a least-squares fit; `references` are in the order of the map's bodies,
-/// where known.
+/// Finds physically consistent bodies from the data of a least-squares fit. `references`: the nominal bodies, in the
+/// order of the bodies of `map`; `None` where unknown.
 ///
-/// Fails when the map does not fit the regressor, or the prior has no weight.
+/// Fails when the map does not fit the regressor, or when the weight of the prior is not a positive number.
 pub fn identify_consistent(
     regressor: &dyn Regressor,
     map: &StandardMap,
@@ -86,13 +89,13 @@ pub fn identify_consistent(
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let (weights, prior) = (weights(fit, options), prior(&model, fit, references, consistency));
-    let consistent = with_held_friction(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
+    let consistent = with_fixed_friction(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
     let residual = residuals(&model, &joints, &consistent.x);
     let mut estimate = Estimate {
         method: format!("physically consistent, {}", fit.estimate.method),
         joints: residual.joints,
         total: Some(residual.total),
-        // The parts left out were predicted by least squares, not by this.
+        // Cross-validation was done with least squares, not with this estimator.
         cross_validation: None,
         tenths: Vec::new(),
         ..fit.estimate.clone()
@@ -102,19 +105,19 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The deviation is that of least squares, which the constraints can only lessen. What the data leave open comes
-        // from the reference and is no finding.
+        // The standard deviation comes from least squares; constraints can only reduce it. An undetermined parameter comes
+        // from the prior and stays not identifiable.
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
-    Ok(ConsistentFit { least_residual: left(&fit.estimate), consistent, estimate })
+    Ok(ConsistentFit { least_residual: relative_residual(&fit.estimate), consistent, estimate })
 }
 
-/// Quarters of the record are predicted from the others: what a poor record lacks, a tenth does not show.
-const QUARTERS: usize = 4;
+/// Number of blocks of the record in cross-validation. Blocks of a tenth are too short to show missing motion.
+const HELD_OUT_BLOCKS: usize = 4;
 
-/// Errors on quarters of the record, each predicted from the others: by least squares, and by bodies that can exist. `None` where no
-/// such bodies are found.
+/// Relative errors on quarters of the record, each predicted from the others: by least squares, and by physically
+/// consistent bodies. `None` where the solver stalls.
 pub fn errors_on_quarters(
     regressor: &dyn Regressor,
     map: &StandardMap,
@@ -124,22 +127,23 @@ pub fn errors_on_quarters(
 ) -> Option<[f64; 2]> {
     let model = options.linear_model(regressor);
     let parts = &fit.observation.parts;
-    let quarters: Vec<Vec<Triangle>> = parts.chunks(parts.len().div_ceil(QUARTERS).max(1)).map(sum_by_joint).collect();
+    let quarters: Vec<Vec<Triangle>> =
+        parts.chunks(parts.len().div_ceil(HELD_OUT_BLOCKS).max(1)).map(sum_by_joint).collect();
     let (weights, prior) = (weights(fit, options), prior(&model, fit, references, &Consistency::default()));
     let error = |solve: &dyn Fn(Triangle) -> Vec<f64>| {
         together(&model, &predicted_from_others(&model, &quarters, &weights, solve)).total
     };
     let is_stalled = Cell::new(false);
     let possible = |rest: Triangle| {
-        let found = with_held_friction(&model, rest, |rows| consistent(rows, map, &prior));
-        is_stalled.set(is_stalled.get() || found.outcome == Outcome::Stalled);
+        let found = with_fixed_friction(&model, rest, |rows| consistent(rows, map, &prior));
+        is_stalled.set(is_stalled.get() || found.outcome == BarrierStatus::Stalled);
         found.x
     };
     let errors = [error(&|rest| least_squares(rest, &fit.solution.x)), error(&possible)];
     (!is_stalled.get()).then_some(errors)
 }
 
-/// The weights of the joints; without any, all have that of the whole.
+/// The weights of the joints, 1 / residual; for OLS, one weight from the residual of all joints.
 fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
     match options.weights {
         Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],
@@ -158,11 +162,11 @@ fn prior(model: &Model, fit: &Fit, references: &[Option<Ten>], consistency: &Con
     }
 }
 
-/// The solution whose friction grows with the load by at most what a gear can waste, and never shrinks with it; offsets beside
+/// The solution with each load coefficient between 0 and the largest of a gear. Offsets that are not separable from a
 /// weight are zero.
 ///
-/// A coefficient beyond is put to the nearer end, one after the other; each is then as good as known.
-fn with_held_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
+/// The coefficient that is farthest outside is fixed to the nearer bound, and the rows are solved again, until all are inside.
+fn with_fixed_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
     let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
     let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
         true => (0..model.p()).filter(|&c| is_load(&model.parameters[c])).collect(),
@@ -181,7 +185,7 @@ fn with_held_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangl
     }
 }
 
-/// Adds a row that knows parameter c.
+/// Adds a row that fixes parameter c to `value`.
 fn hold(rows: &mut Triangle, c: usize, value: f64) {
     let mut row = vec![0.0; rows.columns()];
     row[c] = KNOWN_ROW_RATIO * rows.column_norm(c);
@@ -190,19 +194,20 @@ fn hold(rows: &mut Triangle, c: usize, value: f64) {
     rows.merge(&known.finish(), 1.0);
 }
 
-/// A coefficient this near to its end is at it.
+/// A load coefficient outside its bounds by less than this counts as inside.
 const LOAD_COEFFICIENT_TOLERANCE: f64 = 1e-3;
-/// Weight of a known parameter's row over the norm of its column.
+/// Weight of the row of a fixed parameter over the norm of its column.
 const KNOWN_ROW_RATIO: f64 = 1e3;
 
-/// Share of the torques that an estimate leaves; one of samples has it.
-fn left(estimate: &Estimate) -> f64 {
+/// Relative residual |tau - W X| / |tau| of an estimate; NaN where none was computed.
+fn relative_residual(estimate: &Estimate) -> f64 {
     estimate.total.unwrap_or(f64::NAN)
 }
 
-/// How the solver ended, and by how much the bodies are worse than the best there are.
+/// A sentence on the result of the solver, with the suboptimality bound.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
-    let residuals = format!("residual {:.4}, least squares {:.4}", left(estimate), left(least_squares));
+    let residuals =
+        format!("residual {:.4}, least squares {:.4}", relative_residual(estimate), relative_residual(least_squares));
     let (steps, objective) = (consistent.newton_steps, consistent.objective);
     let Some(excess) = consistent.excess else {
         return format!(
@@ -220,36 +225,36 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     )
 }
 
-/// A residual this many times that of least squares is not due to noise, where it is also large beside the torques.
+/// A residual that exceeds the residual of least squares by this factor is not due to noise, where it is also large.
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
-/// Share of the torques above which a residual is large.
+/// Share of the torques above which a residual counts as large.
 const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {
-    /// Why these bodies are not to be used; `None` where nothing speaks against them.
+    /// Reason not to use these bodies; `None` where there is none.
     pub fn refusal(&self) -> Option<String> {
-        let (total, least) = (left(&self.estimate), self.least_residual);
-        if self.consistent.outcome == Outcome::Stalled {
+        let (total, least) = (relative_residual(&self.estimate), self.least_residual);
+        if self.consistent.outcome == BarrierStatus::Stalled {
             return Some("the bodies nearest to the data were not found: the solver stalled".into());
         }
         (total > LARGE_RESIDUAL_SHARE && total > LARGE_RESIDUAL_RATIO * least).then(|| {
             format!(
-                "no bodies explain these logs: they leave a residual of {total:.4}, least squares {least:.4}; look at \
+                "no bodies explain these logs: their relative residual is {total:.4}, that of least squares {least:.4}; look at \
                  signs, units and columns of the torques"
             )
         })
     }
 }
 
-/// Mass of the ball that stands for unknown bodies, kg.
-///
-/// It puts the largest first moment at an arm of 0.3 m, and is 1 kg where no first moment is among the parameters.
+/// Mass of the ball that replaces unknown bodies, kg: the largest first moment over an arm of 0.3 m, or 1 kg where no
+/// first moment is among the parameters.
 fn scale(model: &Model, fit: &Fit) -> f64 {
     let moment = |(p, x): (&Parameter, &f64)| (p.unit() == Unit::FIRST_MOMENT).then_some(x.abs());
     let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);
-    if largest > 0.0 { largest / 0.3 } else { 1.0 }
+    if largest > 0.0 { largest / GUESSED_ARM_M } else { 1.0 }
 }
 
+/// Prior standard deviations of the parameters behind the base parameters, in their units; infinite where unbounded.
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
     let peak = |j: usize| fit.observation.effort[j];

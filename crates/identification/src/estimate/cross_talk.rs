@@ -10,27 +10,29 @@ use nalgebra::{Matrix3, Vector3};
 use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
-/// The motion of joint `of` shows in the residual of joint `joint`.
+/// Share of the residual of joint `joint` that the motion of joint `of` explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
     /// The joint whose residual is explained.
     pub joint: usize,
     /// The joint whose motion explains it.
     pub of: usize,
-    /// Share of the squares of the residual.
+    /// Share of the sum of squares of the residual, 0 to 1.
     pub share: f64,
 }
 
 /// Number of columns: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
+/// Singular values of the scaled products below this count as zero.
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
-/// Products of the columns of each joint with one another, and with the residuals of the others.
+/// Products of the columns of each joint with one another, and with the residuals of the other joints.
 #[derive(Clone)]
 pub struct CrossTalkSums {
     n: usize,
-    /// Products of joint k's columns, over the samples at which all joints count alike, which are most.
+    /// Products of the columns of joint k, over the samples whose rows of all joints have weight 1 (most samples).
     motions: Vec<Matrix3<f64>>,
-    /// Products of joint k's columns, over the other rows of joint j, at j n + k.
+    /// Products of the columns of joint k, over the other rows of joint j, at j n + k.
     more: Vec<Matrix3<f64>>,
     /// Products with the residual of joint j, at j n + k, column after column.
     residuals: [Vec<f64>; CROSS_TALK_COLUMNS],
@@ -40,14 +42,14 @@ pub struct CrossTalkSums {
 }
 
 impl CrossTalkSums {
-    /// Sums over no row; `robust`: what rows count, where not all alike.
+    /// Empty sums; `robust`: weights of rows, where they differ.
     pub fn new(n: usize, robust: Option<Robust>) -> CrossTalkSums {
         let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
         let residuals = [nothing.clone(), nothing.clone(), nothing];
         CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n], robust }
     }
 
-    /// For each joint the other joint that explains most of its residual.
+    /// For each joint, the other joint whose motion explains most of its residual.
     pub(crate) fn cross_talk(&self) -> Vec<CrossTalk> {
         let n = self.n;
         let share = |j: usize, k: usize| {
@@ -100,15 +102,15 @@ impl ResidualSum for CrossTalkSums {
     }
 }
 
-/// The share of the squares of a residual that columns explain.
+/// The share of `total`, the sum of squares of a residual, that columns explain.
 ///
-/// `products` are those of the columns with one another, and `with_residual` those with the residual.
+/// `products`: of the columns with one another; `with_residual`: of the columns with the residual.
 fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
     let right = Vector3::from_fn(|i, _| scale(i) * with_residual[i]);
-    // A column that repeats others, or is zero, explains nothing of its own.
-    let solved = gram.pseudo_inverse(1e-9).map(|inverse| right.dot(&(inverse * right)));
+    // The pseudo-inverse drops a column that is zero or depends on the others.
+    let solved = gram.pseudo_inverse(SINGULAR_VALUE_TOLERANCE).map(|inverse| right.dot(&(inverse * right)));
     match solved {
         Ok(square) if total > 0.0 => square / total,
         _ => 0.0,
@@ -151,9 +153,9 @@ mod tests {
             (talk[0].share, talk[1].share)
         };
         let (coupled, other) = share(1.0);
-        // Noise of variance 0.01 beside squares of more than 1.
+        // Noise has variance 0.01, the squares of the residual a mean above 1.
         assert!(coupled > 0.95, "{coupled}");
-        // Three columns explain 3 of 500 parts of white noise, up to chance.
+        // Three columns explain on average 3/500 of the squares of white noise.
         assert!(other < 0.05 && share(0.0).0 < 0.05, "{other}");
     }
 }

@@ -1,13 +1,13 @@
-//! The delay of the torques behind the positions: the one with the smallest residual.
+//! The delay of the torques relative to the positions, s, with the smallest residual.
 //!
 //! A trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c of a reversal
-//! of their joint are left out. There a joint sticks and its friction changes sign, and the filtered velocity knows
-//! neither when that begins nor when it ends. With these rows, at a cut-off of 16 Hz, friction twice as large as the
+//! of their joint are left out. There a joint sticks and its friction changes sign, and the filtered velocity shows
+//! neither the start nor the end of sticking. With these rows, at a cut-off of 16 Hz, friction twice as large as the
 //! torque of inertia moves the minimum by 3.6 ms.
 //!
-//! The rows near reversals are also those that know the delay. At a cut-off of 3.7 Hz a period reaches 0.27 s to each
-//! side, and rows of nearly constant speed are left, which are alike under every delay. A delay that the rows left
-//! out contradict is none: where it raises the residual of all rows, these are searched.
+//! The rows near reversals also contain most information on the delay. At a cut-off of 3.7 Hz a period is 0.27 s to each
+//! side, and the remaining rows have nearly constant speed, with the same residual under every delay. So a delay is
+//! rejected where it raises the residual of all rows, and all rows are searched.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -19,7 +19,7 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
-/// What was found.
+/// The result of a search for the delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
     /// The delay, s; positive: the torques are late.
@@ -30,20 +30,23 @@ pub struct Delay {
     pub residual_without: f64,
     /// Whether all rows were searched, not only those away from reversals.
     pub of_all_rows: bool,
-    /// Whether the residual still falls where the search ends, so that the delay is another or none explains it.
+    /// Whether the residual still falls at the end of the search interval, so that the minimum lies outside or is absent.
     pub at_the_end: bool,
 }
 
-/// Longest delay of the search to both sides, s: a whole number of steps of [`COARSE_DELAY_STEP_S`], after which the
-/// search is finer.
+/// Longest delay of the coarse search to both sides, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
 const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
-/// Residual of all rows with a delay over that without it, above which they contradict the delay: dry friction alone
-/// raises it by less.
+/// Residual of all rows with a delay over their residual without it, above which the rows contradict the delay: dry
+/// friction alone raises the ratio by less.
 const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
 /// Step of the coarse search, s.
 const COARSE_DELAY_STEP_S: f64 = 0.004;
+/// Width of the interval at which the fine search ends, s.
+const FINE_DELAY_WIDTH_S: f64 = 1e-4;
+/// A minimum within the last tenth of the step beyond the longest delay lies at the end.
+const END_STEP_SHARE: f64 = 0.9;
 
-/// The rows of records that are not within a period of the cut-off of a reversal of their joint.
+/// The rows of records without those within 1 / f_c of a reversal of their joint.
 struct AwayFromReversals<'a>(&'a SourceRecords<'a>);
 
 impl Records for AwayFromReversals<'_> {
@@ -58,6 +61,7 @@ impl Records for AwayFromReversals<'_> {
     }
 }
 
+/// Marks the rows of a joint within 1 / f_c of a change of sign of its velocity as not used.
 fn leave_out_reversals(states: &mut States, joint: usize) {
     let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
     let (n, len) = (states.n, states.len());
@@ -88,14 +92,14 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The motion does not change with the delay of the torques, so its frequencies are found once.
+            // The motion does not change with the delay of the torques, so the cut-off is found once.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         Ok((residuals(&model, &joints, &solution.x).total, joints.iter().map(|t| t.rows).sum()))
     };
-    // A motion of reversals alone is searched with all its rows.
+    // All rows are searched where every row is near a reversal.
     let has_rows = search(0.0, true)?.1 > model.p();
     let away = lowest(&mut |delay| search(delay, has_rows).map(|found| found.0), !has_rows)?;
     let (with, without) = (search(away.seconds, false)?.0, search(0.0, false)?.0);
@@ -105,7 +109,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     lowest(&mut |delay| search(delay, false).map(|found| found.0), true)
 }
 
-/// The delay with the smallest residual.
+/// The delay with the smallest residual, by a coarse search and a fine one.
 fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: bool) -> Result<Delay, Error> {
     let residual_without = residual(0.0)?;
     let mut best = downhill(residual, residual_without)?;
@@ -113,21 +117,21 @@ fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: boo
     if found.1 < best.1 {
         best = found;
     }
-    // The finer search reaches one step beyond the last of the grid.
-    let at_the_end = best.0.abs() > LONGEST_SEARCHED_DELAY_S + 0.9 * COARSE_DELAY_STEP_S;
+    // The fine search extends one step beyond the last of the grid.
+    let at_the_end = best.0.abs() > LONGEST_SEARCHED_DELAY_S + END_STEP_SHARE * COARSE_DELAY_STEP_S;
     Ok(Delay { seconds: best.0, residual: best.1, residual_without, of_all_rows, at_the_end })
 }
 
 impl Delay {
-    /// The rows of its residuals.
+    /// Which rows its residuals are of, in words.
     pub fn rows(&self) -> &'static str {
         if self.of_all_rows { "of all rows" } else { "away from reversals" }
     }
 }
 
-/// The best of a grid of delays, and its residual.
+/// The best delay of a grid, s, and its residual.
 ///
-/// The search goes downhill from no delay to both sides, because the residual has one valley and most delays are short.
+/// The search descends from no delay to both sides, because the residual has one minimum and most delays are short.
 fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
     let mut best = (0.0, without);
     for direction in [COARSE_DELAY_STEP_S, -COARSE_DELAY_STEP_S] {
@@ -146,9 +150,9 @@ fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) 
     Ok(best)
 }
 
-/// The lowest residual of a valley between a and b, to a tenth of a millisecond.
+/// The delay between a and b, s, with the smallest residual, and that residual.
 ///
-/// c and d divide the interval by the golden section, and the side of the higher one is dropped.
+/// c and d divide the interval by the golden section. The interval beyond the one with the larger residual is dropped.
 fn golden_section(
     residual: &mut impl FnMut(f64) -> Result<f64, Error>,
     mut a: f64,
@@ -157,7 +161,7 @@ fn golden_section(
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut fc, mut fd) = (residual(c)?, residual(d)?);
-    while b - a > 1e-4 {
+    while b - a > FINE_DELAY_WIDTH_S {
         if fc < fd {
             (b, d, fd) = (d, c, fc);
             c = b - golden * (b - a);

@@ -13,38 +13,40 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::identified::INTERVAL;
 
-/// Weakest directions that an estimate keeps.
+/// Largest number of directions that an estimate keeps, the weakest first.
 const MAX_KEPT_DIRECTIONS: usize = 6;
-/// Share of the largest member, in scaled columns, below which a parameter is not named.
+/// Entries below this share of the largest entry, in scaled columns, are not named.
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of members that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
+/// Number of largest members that decide whether a direction is determined.
+const DECISIVE_MEMBERS: usize = 2;
 
 /// A combination of parameters that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// How strongly the torques show it, relative to the direction that they show most; 0: not at all.
+    /// Singular value of the scaled columns over the largest one; 0: the torques do not depend on the direction.
     pub strength: f64,
-    /// Its parameters, the one it changes most first.
-    pub members: Vec<Member>,
-    /// Whether the data leave it open: the noise hides changes as large as the parameters themselves.
+    /// Its parameters, the largest change of scaled columns first.
+    pub members: Vec<DirectionMember>,
+    /// Whether the data do not determine it: 1.96 sigma is as large as the parameters themselves.
     pub open: bool,
 }
 
 /// A parameter of a direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Member {
+pub struct DirectionMember {
     /// Identity of the parameter.
     pub parameter: ParameterId,
     /// Its change by one standard deviation along the direction, in its unit.
     ///
-    /// It is only relative to the other members where the torques do not show the direction at all.
+    /// Where the torques do not depend on the direction, only ratios of these changes have a meaning.
     pub change: f64,
 }
 
 /// The weakest directions of a solution, the weakest first.
 ///
-/// `joints` are its triangles, `weights` are by joint, and `discount` is how many correlated rows are worth one.
+/// `joints`: its triangles, by joint; `weights`: by joint; `discount`: how many correlated rows count as one.
 pub fn directions(
     model: &Model,
     joints: &[Triangle],
@@ -57,6 +59,7 @@ pub fn directions(
     };
     let norms: Vec<f64> = (0..model.p()).map(|c| square(&|joint| joint.column_norm(c))).collect();
     let sigma = (solution.variance * discount).sqrt();
+    // Along d the standard deviation is sigma / |W d|.
     let direction = |(strength, d): &(f64, Vec<f64>)| {
         let shown = square(&|joint| length(joint, d));
         let deviation = if *strength > 0.0 && shown > 0.0 { sigma / shown } else { f64::INFINITY };
@@ -68,19 +71,19 @@ pub fn directions(
         order.truncate(MAX_NAMED_MEMBERS);
         let open = |&c: &usize| INTERVAL * deviation * d[c].abs() >= solution.x[c].abs();
         let change = if deviation.is_finite() { deviation } else { 1.0 };
-        let member = |&c: &usize| Member { parameter: model.parameters[c].id.clone(), change: change * d[c] };
+        let member = |&c: &usize| DirectionMember { parameter: model.parameters[c].id.clone(), change: change * d[c] };
         Direction {
             strength: *strength,
             members: order.iter().map(member).collect(),
-            open: order.iter().take(2).all(open),
+            open: order.iter().take(DECISIVE_MEMBERS).all(open),
         }
     };
-    // A column of zeros is no direction, because its parameter is not identifiable by itself.
+    // Directions of zero columns are skipped: their parameters are already reported as not identifiable.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
 
-/// |R d|.
+/// |R d|, with the triangle R of a joint: the norm of the torque change along d, N m (N).
 fn length(triangle: &Triangle, d: &[f64]) -> f64 {
     let row = |i: usize| (i..d.len()).map(|c| triangle.at(i, c) * d[c]).sum::<f64>();
     (0..d.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt()
@@ -98,12 +101,12 @@ impl Direction {
             (_, []) => String::new(),
             (true, [one]) => format!("the data hardly show {one}: the noise hides changes as large as its value"),
             (true, [a, b, rest @ ..]) => format!(
-                "the data cannot tell {a} from {b}{}: a combination that changes both moves no torque by more than the noise",
+                "the data do not separate {a} from {b}{}: a change of both along one direction stays below the noise",
                 also(rest)
             ),
-            (false, [one]) => format!("{one} is told least of all, but told"),
+            (false, [one]) => format!("{one} is the least identifiable parameter, but it is identifiable"),
             (false, [a, b, rest @ ..]) => {
-                format!("{a} and {b}{} are told least apart, but told", also(rest))
+                format!("{a} and {b}{} are the least separable parameters, but they are separable", also(rest))
             }
         }
     }
@@ -118,7 +121,7 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that hardly leaves one angle determines a sum of its two first moments, and does not tell them apart.
+    /// A pendulum that stays near one angle determines a sum of its two first moments, which are not separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

@@ -1,12 +1,12 @@
 //! Drive gains from logs of motor currents, or of position errors of servos: the equations of `drive_gains` from filtered
-//! samples. What is said of a current holds of an error, whose gain is in N m/rad.
+//! samples. Statements on a current, A, hold for a position error, rad, too, whose gain is in N m/rad.
 //!
-//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same for
-//! a while, and some come back with the state of the robot, so the deviations are those of `replicates`.
+//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs are correlated in
+//! time and repeat with the state of the robot, so the standard deviations come from `replicates`.
 //!
-//! Other joints hardly feel what wrist joints carry. So the gains of wrists are weakly observable, and errors of the
-//! model decide them. An expected value with its deviation holds them. Beside it, as many equations count as one as
-//! their errors call for.
+//! The load of wrist joints hardly shows in the torques of other joints. So the gains of wrists are weakly identifiable,
+//! and errors of the model decide them. An expected value with its standard deviation regularises them. Next to it, s
+//! equations count as one, and s follows from their errors.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use logs::{Error, LogSource};
 use numerics::triangle::Triangle;
 
 use crate::estimate::options::Options;
-use crate::estimators::drive_gains::equations::{JointEquations, Scatter};
+use crate::estimators::drive_gains::equations::{JointEquations, NoiseEvidence};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::estimators::drive_gains::replicates::Replicates;
 use crate::estimators::replicate_deviation::ReplicateDeviation;
@@ -24,10 +24,10 @@ use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::records::SourceRecords;
 
-/// Gains from logs of motor currents. `known` says which gains are known, `options` everything else.
+/// Estimates drive gains, N m/A, from logs of motor currents. `known`: which gains are known or expected.
 ///
-/// The noise of the answer is in A. Fails as `identify` does, for logs
-/// without currents, and as [`drive_gains`] does.
+/// The noise of the answer is in A. Fails as `identify` does, for logs without currents, and as [`drive_gains`]
+/// does.
 pub fn estimate_drive_gains(
     regressor: &dyn Regressor,
     logs: &[LogSource],
@@ -37,26 +37,26 @@ pub fn estimate_drive_gains(
     if let Some(log) = logs.iter().find(|l| !l.effort_is().needs_gains()) {
         return Err(Error::at(&log.name(), 0, "the log holds torques; drive gains are estimated from currents"));
     }
-    // Gains of one leave the currents as they are: the right-hand sides are currents, not torques.
+    // Gains of 1 keep the right-hand sides in A: they are currents, not torques.
     let mut options = options.clone();
     options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
     let model = options.linear_model(regressor);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    // The currents' products by band of speed and position: rows of one band may share an error.
+    // Products of the currents by band of speed and position: rows of one band may share an error.
     let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
-    // Discounts s follow from the answer, and the answer from them: at first, every equation counts.
+    // Fixed point: discounts s follow from the gains, and the gains from s. Initially s = 1.
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
     for _ in 0..WEIGHING_ROUNDS {
         weighing = discounts(&found, known, &weighing, &replicates.deviation(&found, known, &weighing));
-        found = drive_gains(&equations, &beside(known, &weighing))?;
+        found = drive_gains(&equations, &gains_with_equations(known, &weighing))?;
     }
-    // Deviations to believe; those of the gains come as those of ln k.
+    // Standard deviations for correlated residuals. sigma(k) = |k| sigma(ln k).
     let deviation = replicates.deviation(&found, known, &weighing).sigma();
     let (parameters, gains) = deviation.split_at(model.p());
     found.deviation = parameters.to_vec();
@@ -65,15 +65,18 @@ pub fn estimate_drive_gains(
     Ok(found)
 }
 
-/// Rounds of weighing. Where the data pull at an expected gain, the answer moves, and so does what it says of their
-/// errors.
+/// Rounds of the fixed point of gains and discounts. Where the data contradict an expected gain, a new discount moves the
+/// gain, and so the residuals from which the next discount follows.
 const WEIGHING_ROUNDS: usize = 3;
 
-/// How many equations count as one beside each expected gain, from an answer in which `before` equations did.
+/// Ratio of the information of the data to the information of the expected gain, below which the discount stays as it is.
+const LEAST_INFORMATION_RATIO: f64 = 1e-6;
+
+/// For each expected gain, the number s of equations that count as one, from a solution in which `before` did.
 ///
-/// Let a be the information of the data for white noise, and b that of the expectation. Of the data, s equations should
-/// count as one where s_0 did. Then ln k has the variance v = 1 / (a + b s_0), and its variance to believe is
-/// v^2 (a s + b s_0^2).
+/// Let a be the information of the data for white noise, and b the information of the expected value. Let s_0 equations
+/// have counted as one in the solution. Then ln k has the variance v = 1 / (a + b s_0) for white noise, and the variance
+/// v^2 (a s + b s_0^2) for correlated residuals, which gives s.
 fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &ReplicateDeviation) -> Vec<f64> {
     let (p, sigma) = (found.parameters.len(), deviation.sigma());
     let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
@@ -84,8 +87,8 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
         let (white, believed) = (deviation.white[p + at].powi(2), sigma[p + at].powi(2));
         let of_expectation = before[j] * (found.gain[j] / expected).powi(2);
         let of_data = 1.0 / white - of_expectation;
-        // Below a millionth of the expectation, the data say too little to be weighed.
-        if of_data > 1e-6 * of_expectation {
+        // With less information the quotient is rounding.
+        if of_data > LEAST_INFORMATION_RATIO * of_expectation {
             ((believed / (white * white) - before[j] * of_expectation) / of_data).max(1.0)
         } else {
             before[j]
@@ -94,8 +97,8 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
     (0..known.len()).map(of_gain).collect()
 }
 
-/// What is known of the gains beside equations of which `discounts` count as one.
-fn beside(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
+/// The known and expected gains, whose weight fits equations of which `discounts` count as one.
+fn gains_with_equations(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     let scaled = |(gain, discount): (&Gain, &f64)| match *gain {
         Gain::Expected(value, deviation) => Gain::Expected(value, deviation / discount.sqrt()),
         Gain::Known(_) | Gain::Free => *gain,
@@ -103,7 +106,7 @@ fn beside(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     known.iter().zip(discounts).map(scaled).collect()
 }
 
-/// Triangles by joint as equations.
+/// The triangle of each joint as equations, with currents, A, on the right-hand side.
 fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
     let of_joint = |t: &Triangle| {
         let p = t.columns();
@@ -112,7 +115,7 @@ fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
             rows: (0..p).map(row).collect(),
             known: vec![0.0; p],
             current: (0..p).map(|i| t.at(i, p)).collect(),
-            scatter: Some(Scatter { left: t.at(p, p).powi(2), equations: t.rows.max(1) as f64 }),
+            scatter: Some(NoiseEvidence { left: t.at(p, p).powi(2), equations: t.rows.max(1) as f64 }),
         }
     };
     joints.iter().map(of_joint).collect()
@@ -147,11 +150,11 @@ mod tests {
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
 
-    /// With hardly any data the expected value stays; with good data it gives way.
+    /// With hardly any data the gain keeps the expected value; with good data it follows the data.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];
-        let weak = drive_gains(&equations(&joints(0.1, 3)), &beside(&expected, &[1.0, 1e9])).unwrap();
+        let weak = drive_gains(&equations(&joints(0.1, 3)), &gains_with_equations(&expected, &[1.0, 1e9])).unwrap();
         assert!((weak.gain[1] - 0.8).abs() < 0.01, "{weak:?}");
         let strong = drive_gains(&equations(&joints(0.01, 3)), &expected).unwrap();
         assert!((strong.gain[1] - 0.5).abs() < 0.01, "{strong:?}");

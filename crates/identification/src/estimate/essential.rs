@@ -1,9 +1,10 @@
-//! The estimate of the essential parameters. A test says which parameters the data need; the others are zero.
+//! The estimate of the essential parameters [Pham, Gautier 1991]. A test selects the significant parameters; the others
+//! are zero.
 //!
 //! `estimators::essential` eliminates while the squared residual grows by less than 3.84 discounted variances. Of 100
-//! parameters that are zero, 95 stay below that. The discount is that of correlated residuals [Pham, Gautier 1991]. The
-//! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
-//! deviation to believe to the white one in the whole model.
+//! parameters whose true value is zero, 95 stay below that. The discount counts correlated residuals. The standard
+//! deviation of a kept parameter is its white deviation in the smaller model, times sigma / white sigma in the whole
+//! model.
 
 use linear_model::regressor::Regressor;
 
@@ -16,10 +17,10 @@ use crate::estimators::essential::{Elimination, essential};
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::rows::observation::weighted;
 
-/// chi^2 of one parameter that is zero stays below this in 95 of 100 draws.
+/// 95 % quantile of chi^2 with one degree of freedom.
 const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
-/// The fit with only the essential parameters; the others are zero, with the deviation that they had.
+/// Reduces a fit to its essential parameters; the others become zero and keep their standard deviations.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
@@ -30,6 +31,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
     let smaller = white_deviation(&found.solution);
     let estimate = &mut fit.estimate;
+    // sigma = white sigma in the smaller model * (sigma / white sigma) in the whole model.
     for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
         let (id, unit, weak) = (parameter.id.clone(), parameter.unit, parameter.status == Status::Weak);
         *parameter = match found.kept.iter().position(|&k| k == c) {
@@ -54,7 +56,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     estimate.total = Some(left.total);
     estimate.method = format!("essential parameters, {}", estimate.method);
     (estimate.rank, estimate.condition_number) = (found.solution.rank, Some(found.solution.condition_number));
-    // Both were made for all parameters.
+    // Directions and covariance hold for the whole model only.
     estimate.directions.clear();
     estimate.covariance.clear();
     let names: Vec<String> = found.dropped.iter().map(|&c| estimate.parameters[c].id.to_string()).collect();
@@ -93,7 +95,7 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // 1.001 allows for one part fewer in the mean of the residual.
+                // 1.001 allows for one parameter fewer in the variance of the residual.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

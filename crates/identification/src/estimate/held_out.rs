@@ -1,11 +1,12 @@
-//! How well an estimate predicts torques it was not made from.
+//! The relative error of predicted torques on data that were not used for the estimate.
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| on states that were not used, or on each part of the record with X from all
-//! other parts. This is blocked cross-validation: neighbours in time are alike, so parts are contiguous. The parts
-//! beside a hole may be left out too.
+//! relative_j = |tau_j - W_j X| / |tau_j| on other records, or on each block of the record with X from all other blocks.
+//! This is blocked cross-validation: neighbouring samples are correlated, so blocks are contiguous. Blocks next to a gap
+//! may be left out too.
 //!
-//! With C the covariance of X and W_j the rows of joint j, an error of X moves the square of what is left of tau_j by
-//! trace(W_j C W_j') in the mean. So deviations tell how much worse than the truth an estimate predicts.
+//! With C the covariance of X and W_j the rows of joint j, an error of X raises the squared residual of tau_j by
+//! trace(W_j C W_j') in the mean. So standard deviations predict how much the error exceeds the error of the true
+//! parameters.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -16,23 +17,23 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
 
-/// Predicts the torques of other records with parameters `x`.
+/// Residuals of the torques of other records under parameters `x`.
 ///
 /// Fails when a record cannot be read.
 pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Residuals, Error> {
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
 }
 
-/// Leaves out each tenth of the record in turn and predicts it from the others.
+/// Residuals of each tenth of the record, predicted from the other tenths.
 ///
-/// A tenth is two of the parts that the record is kept in. A direction that only one part shows is weaker than
-/// `PARAMETER_HOLD_SHARE` of its columns without that part. It keeps the value of the whole record, so leaving the part
-/// out does not test it.
+/// A tenth is two of the blocks in which the record is kept. A direction that only one tenth shows has less than
+/// `PARAMETER_HOLD_SHARE` of its columns' norm without that tenth. It keeps the value of the whole record, so leaving the
+/// tenth out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
 
-/// The same, and the error of each tenth over all joints, in the order of time.
+/// Residuals of cross-validation by tenths, and the relative error of each tenth over all joints, in the order of time.
 pub(crate) fn cross_validate_by_part(
     model: &Model,
     observation: &Observation,
@@ -43,20 +44,20 @@ pub(crate) fn cross_validate_by_part(
     (all, parts.into_iter().map(|part| Residuals::new(model.regressor, part).total).collect())
 }
 
-/// The squares of each tenth, one per joint, under parameters from all others.
+/// The squares of each tenth, by joint, under parameters from all other tenths.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
 }
 
-/// The solution of rows that lack a part; `whole`: with that part.
+/// The solution of the rows without one block, regularised towards `whole`, the solution with that block.
 pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
     rest.merge(&held(&rest, whole), 1.0);
     rest.solution()
 }
 
-/// The squares of each part, one per joint, under parameters that `solve` makes of the weighted rows of all others.
+/// The squares of each block, by joint, under parameters that `solve` finds from the weighted rows of all other blocks.
 pub(crate) fn predicted_from_others(
     model: &Model,
     parts: &[Vec<Triangle>],
@@ -67,7 +68,7 @@ pub(crate) fn predicted_from_others(
     parts.iter().zip(rests).map(|(part, rest)| squares(model, part, &solve(rest))).collect()
 }
 
-/// The residuals of all parts together.
+/// The residuals of the squares of all blocks together.
 pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     let mut sums = vec![Squares::default(); model.n()];
     for part in parts {
@@ -78,11 +79,11 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     Residuals::new(model.regressor, sums)
 }
 
-/// Of each part the weighted rows of all others; `parts`: by part, the triangles of its joints. The weights by joint are those of
-/// the whole record, because a part of it hardly changes them.
+/// For each block, the weighted rows of all other blocks; `parts`: by block, the triangles of its joints. The weights by
+/// joint come from the whole record, because a single block hardly changes them.
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
-    // The rest of the record is the sum of the parts before and that of the parts behind.
+    // The rows of all other blocks are the sum of the blocks before and the sum of the blocks after.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {
@@ -102,10 +103,10 @@ pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f6
     rests
 }
 
-/// Share of a column's norm with which its parameter is held.
+/// Weight of the row that regularises a parameter, over the norm of its column.
 const PARAMETER_HOLD_SHARE: f64 = 1e-3;
 
-/// Rows that hold each parameter at `x` by a share of its column.
+/// Rows that regularise each parameter towards `x`.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
     let mut block = TriangleBuilder::new(p);
@@ -117,18 +118,18 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
-/// What of an error the parameters are to blame for: sqrt(error^2 - least^2), with `least` the error of those that are fitted to
-/// that very data.
+/// The share of an error that is due to the parameters: sqrt(error^2 - least^2), with `least` the error of parameters that
+/// are fitted to the same data.
 pub fn of_parameters(error: f64, least: f64) -> f64 {
     (error * error - least * least).max(0.0).sqrt()
 }
 
-/// The residual that `x` leaves in triangles by joint.
+/// The residuals tau - W x, from triangles by joint.
 pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     Residuals::new(model.regressor, squares(model, joints, x))
 }
 
-/// The squares of the torques behind triangles by joint, and of what `x` leaves of them.
+/// The sums of squares of the torques and of the residuals tau - W x, from triangles by joint.
 fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     let of_joint = |(j, joint): (usize, &Triangle)| {
         let (torque, left) = joint.squares(x);
@@ -137,8 +138,8 @@ fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     joints.iter().enumerate().map(of_joint).collect()
 }
 
-/// The error of the torques behind triangles by joint that `covariance` of the parameters explains, beside |tau| as the
-/// error of a prediction is. `covariance`: sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
+/// The relative error sqrt(sum trace(W C W')) / |tau| that the covariance C of the parameters explains, from triangles by
+/// joint. `covariance`: C = sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
 pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f64 {
     let p = model.p();
     let of_row = |t: &Triangle, i: usize| -> f64 {
@@ -173,8 +174,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// Only one tenth of the record turns far enough to tell MX from MY. Without it their difference is open, and the
-    /// error on it is that of the noise and not of a guess.
+    /// Only one tenth of the record turns far enough to separate MX and MY. Without that tenth their difference is not
+    /// identifiable, and its error comes from the noise and not from a guess.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();
@@ -187,7 +188,7 @@ mod tests {
         });
         let rms = |states: &States| (states.tau.iter().map(|t| t * t).sum::<f64>() / states.len() as f64).sqrt();
         let found = cross_validate(&model, &Observation::of(&model, &truth, 10), Weights::None);
-        // Noise of 0.05; five standard errors of a thousand rows and three parameters.
+        // Noise of 0.05; tolerance: five standard errors of a thousand rows and three parameters.
         assert!((found.total * rms(&truth) - 0.05).abs() < 0.01, "{found}");
     }
 }

@@ -1,14 +1,14 @@
-//! A fault of a log, or a rotor that a model lacks: all that is known of each kind.
+//! Hypotheses: a fault of a log, or a rotor that a model lacks, with the properties of each kind.
 //!
-//! A kind is tried in one of two ways, or in both.
+//! A kind is tested by one of two methods, or by both.
 //!
-//! | | how | by whom |
+//! | fault | method | module |
 //! |---|---|---|
-//! | small | a column h beside those of the parameters, one unknown more | `ledger::hypotheses` |
-//! | gross | the log is changed as if the fault were undone, and the description predicts it | `passport::search` |
+//! | small | an additional column h and one unknown more | `claims::hypotheses` |
+//! | gross | the fault is undone in the log, and the description predicts the log | `log_check::search` |
 //!
-//! Either way the bodies are left free before anybody is accused: the fault is needed where parts of the record that are left
-//! out are predicted better with it. Another kind is a variant, and what this file says of it.
+//! With both methods the bodies are fitted too: a fault is accepted only where it reduces the error on held-out blocks of
+//! the record. A new kind is a variant of the enum, and its arms in this file.
 
 use claims::{Figure, Topic};
 use linear_model::linear_model::Model;
@@ -23,22 +23,24 @@ use crate::estimators::huber::Robust;
 
 use Hypothesis::*;
 
-/// Where an option that has no field stands.
+/// Place of an option without a field, in words.
 pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
-/// Step of the derivative by a position, rad (m).
-const POSITION_STEP: f64 = 1e-4;
-/// A fault that explains a smaller share of the torque harms no use; nor does a spring of a quarter more, which has no least
-/// size of its own.
-const SMALLEST_SHARE: f64 = 0.002;
-const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
+/// Step of the central difference by a position, rad.
+const POSITION_STEP_RAD: f64 = 1e-4;
+/// A fault that explains a smaller share of the torque is harmless for every use.
+const SMALLEST_TORQUE_SHARE: f64 = 0.002;
+/// A spring that explains a smaller share of the torque is harmless; a spring has no least stiffness.
+const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 /// One degree, rad.
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Smaller angles and scales than these are errors of calibration, rad and 1.
+/// Smaller angles are errors of calibration, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
+/// Smaller scale errors are errors of calibration.
 const LEAST_SCALE: f64 = 0.03;
-/// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
+/// A detection limit from this angle on is useless, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
+/// A detection limit from this scale error on is useless.
 const USELESS_SCALE: f64 = 0.5;
 
 /// One fault of a log.
@@ -47,21 +49,21 @@ const USELESS_SCALE: f64 = 0.5;
 pub enum Hypothesis {
     /// The zero of a coordinate is off, rad.
     Zero(usize),
-    /// The torque of a coordinate is so many times too large, less one.
+    /// The torque of a coordinate is too large by the factor 1 + size.
     Scale(usize),
     /// A spring acts on a coordinate, N m/rad (N/m).
     Spring(usize),
-    /// Gravity is tilted about an axis across it, by the number of the axis of the base that is nearest, rad.
+    /// Gravity is tilted about a horizontal axis, rad; the number of the nearest axis of the base frame.
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate grows by this share of itself between the first and the last sample.
+    /// The torque of a coordinate grows by a share of itself between the first and the last sample.
     Drift(usize),
     /// The torque of a coordinate, or of all, is logged late, s.
     Late(Option<usize>),
     /// Coulomb friction of a coordinate grows with its load, N m per N m.
     LoadFriction(usize),
-    /// The torque of the first coordinate holds a share of that of the second.
+    /// The torque of the first coordinate contains a share of the torque of the second.
     CrossTalk(usize, usize),
     /// The motion of a coordinate has the other sign.
     MotionSign(usize),
@@ -85,9 +87,9 @@ pub enum Hypothesis {
     GravityCompensated,
 }
 
-/// The columns of a log that share an order.
+/// Kinds of columns of a log that may be exchanged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Columns {
+pub enum ColumnKind {
     /// Positions, velocities and torques.
     All,
     /// Positions and velocities.
@@ -99,30 +101,30 @@ pub enum Columns {
 /// How a hypothesis counts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counts {
-    /// Positions are wrong: a contradiction, whatever torque that costs in this log.
+    /// Positions are wrong: a contradiction, even where the error of the torque in this log is small.
     AsPosition,
-    /// Torques are wrong: a contradiction, unless they are as they should be but for less than a use asks for.
+    /// Torques are wrong: a contradiction, unless their error is smaller than every use tolerates.
     AsTorque,
-    /// It is part of what the fit leaves.
+    /// The fault counts in the residual of the fit.
     AsResidual,
-    /// It is part of the deviations and never named.
+    /// The fault counts in the standard deviations and is never named.
     InDeviations,
-    /// It is gross: no fit has a column of it.
+    /// The fault is gross: no fit has a column for it.
     AsLog,
 }
 
-/// What is known of a kind of hypothesis.
-pub(super) struct Kind {
-    /// What a claim on it is about.
+/// Properties of a kind of hypothesis.
+pub(super) struct HypothesisKind {
+    /// Topic of a claim on it.
     pub topic: Topic,
     pub counts: Counts,
-    /// The least size that matters.
+    /// The smallest size that matters, in the unit of the hypothesis.
     pub least: f64,
-    /// The share of the torque that it explains at least.
+    /// The smallest share of the torque that matters.
     pub least_share: f64,
-    /// Powers from it on tell nobody anything.
+    /// A detection limit from this size on is useless, in the unit of the hypothesis.
     pub useless: f64,
-    /// Whether it widens deviations where the data do not exclude it.
+    /// Whether it inflates standard deviations where the data do not exclude it.
     pub may_be_there: bool,
 }
 
@@ -130,30 +132,34 @@ pub(super) struct Kind {
 pub(super) const CLAIMED: [Topic; 6] = [MOUNT, ZERO, SCALE, SPRING, ROTOR, DRIFT];
 
 impl Hypothesis {
-    pub(super) fn kind(&self) -> Kind {
-        let of = |topic: Topic, counts: Counts| Kind {
+    pub(super) fn kind(&self) -> HypothesisKind {
+        let of = |topic: Topic, counts: Counts| HypothesisKind {
             topic,
             counts,
             least: 0.0,
-            least_share: SMALLEST_SHARE,
+            least_share: SMALLEST_TORQUE_SHARE,
             useless: f64::INFINITY,
             may_be_there: false,
         };
-        let angle = |topic: Topic, may_be_there: bool| Kind {
+        // Angles and scales have a least size by calibration; other sizes count by their share of the torque alone.
+        let angle = |topic: Topic, may_be_there: bool| HypothesisKind {
             least: LEAST_ANGLE_RAD,
             useless: USELESS_ANGLE_RAD,
             may_be_there,
             ..of(topic, Counts::AsPosition)
         };
-        let scale = Kind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
+        let scale = HypothesisKind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
+        // Other bodies may hide a zero, a drift and a spring, so these inflate standard deviations unless excluded.
         match self {
             Zero(_) => angle(ZERO, true),
             Mount(_) => angle(MOUNT, false),
             Scale(_) => scale,
-            Drift(_) => Kind { topic: DRIFT, counts: Counts::AsResidual, may_be_there: true, ..scale },
-            Spring(_) => {
-                Kind { least_share: SMALLEST_SPRING_SHARE, may_be_there: true, ..of(SPRING, Counts::AsTorque) }
-            }
+            Drift(_) => HypothesisKind { topic: DRIFT, counts: Counts::AsResidual, may_be_there: true, ..scale },
+            Spring(_) => HypothesisKind {
+                least_share: SMALLEST_SPRING_SHARE,
+                may_be_there: true,
+                ..of(SPRING, Counts::AsTorque)
+            },
             Rotor(_) => of(ROTOR, Counts::AsTorque),
             Late(_) => of(DELAY, Counts::InDeviations),
             LoadFriction(_) => of(FRICTION, Counts::InDeviations),
@@ -165,7 +171,7 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinates; none for the mount, and for what all of them share.
+    /// The coordinates that it concerns; none for the mount, and for faults of all coordinates.
     pub fn joints(&self) -> Vec<usize> {
         match *self {
             Mount(_) | Degrees | GravityCompensated | Late(None) => Vec::new(),
@@ -181,24 +187,25 @@ impl Hypothesis {
         self.joints().first().copied()
     }
 
-    /// Whether a fit to a robot of n coordinates may tell it.
+    /// Whether a fit to a robot of n coordinates has a column for it.
     pub fn is_of(&self, n: usize) -> bool {
         let is_there = if let Mount(axis) = *self { axis < 3 } else { self.joints().iter().all(|k| *k < n) };
         is_there && self.kind().counts != Counts::AsLog
     }
 
-    /// Which columns it exchanges, where it exchanges all of a kind.
-    pub(super) fn exchanges(self) -> Option<Columns> {
+    /// The kind of columns that it exchanges; `None` where it exchanges none, or only positions or velocities.
+    pub(super) fn exchanges(self) -> Option<ColumnKind> {
         match self {
-            SwappedJoints(..) => Some(Columns::All),
-            SwappedMotions(..) => Some(Columns::Motions),
-            SwappedTorques(..) => Some(Columns::Torques),
+            SwappedJoints(..) => Some(ColumnKind::All),
+            SwappedMotions(..) => Some(ColumnKind::Motions),
+            SwappedTorques(..) => Some(ColumnKind::Torques),
             _ => None,
         }
     }
 
-    /// Whether bodies that can exist may do without it. `brakes`: whether friction of the coordinate brakes in the log as it
-    /// is. `is_sure`: the description itself, without a free number, leaves nearly nothing with it undone.
+    /// Whether physically consistent bodies may explain the log without it. `brakes`: whether friction of a coordinate
+    /// dissipates in the unchanged log. `is_sure`: the description, without a free number, has nearly no residual once the
+    /// fault is undone.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
             Zero(_) | Scale(_) | Reversed(_) => true,
@@ -207,7 +214,7 @@ impl Hypothesis {
         }
     }
 
-    /// A size of it, as it is shown.
+    /// A size of it in the unit of reports.
     pub(super) fn figure(&self, x: f64, joints: &[JointResidual]) -> Figure {
         match *self {
             Zero(_) | Mount(_) => Figure::new(x.to_degrees(), "deg"),
@@ -218,12 +225,12 @@ impl Hypothesis {
         }
     }
 
-    /// What it is and how large. `off`: its size in words, `names`: of its coordinates.
+    /// A sentence on the fault and its size. `off`: its size in words, `names`: names of its coordinates.
     pub fn statement(&self, off: &str, names: &[&str]) -> String {
         let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
         match *self {
             Zero(_) => format!("the zero of {of} is off by {off}"),
-            Scale(_) => format!("the torque of {of} is off by {off} beside those of the other joints"),
+            Scale(_) => format!("the torque of {of} is off by {off} compared with the other joints"),
             Spring(_) => format!("a spring of {off} acts on {of}"),
             Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y", "z"][axis]),
             Rotor(_) => format!("a rotor of {off} that the model lacks stands behind {of}"),
@@ -248,7 +255,7 @@ impl Hypothesis {
         }
     }
 
-    /// What mends a size of it that a fit tells; `None` of those that no claim names.
+    /// The remedy for a fault with the fitted size `value`; `None` for hypotheses that no claim names.
     pub(super) fn remedy(&self, value: f64, joints: &[JointResidual]) -> Option<String> {
         let at = |k: usize| &joints[k].coordinate;
         let listed = |list: &str, k: usize| {
@@ -265,7 +272,7 @@ impl Hypothesis {
         }
     }
 
-    /// Undoes it in the motion of one instant. `size`: by how much the position is larger, rad.
+    /// Undoes it in the motion of one sample. `size`: by how much the true position is larger than the logged one, rad.
     pub(super) fn undo_motion(self, size: f64, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         match self {
             Zero(k) => q[k] += size,
@@ -282,7 +289,8 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate whose velocity in the log is that of joint j. Signs do not matter: they change no span of columns.
+    /// The coordinate of the log that holds the velocity of joint j. Signs are ignored: they do not change the span of
+    /// columns.
     pub(super) fn motion_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
@@ -291,7 +299,7 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate whose position in the log is that of joint j.
+    /// The coordinate of the log that holds the position of joint j.
     pub(super) fn position_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedPositions(k, l) if k == j => l,
@@ -300,7 +308,7 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate whose torque in the log is that of joint j, and the factor of it, where the fault has this size.
+    /// The coordinate of the log that holds the torque of joint j, and the factor that undoes a fault of this size.
     pub(super) fn torque_of(self, size: f64, j: usize) -> (usize, f64) {
         match self {
             Scale(k) if k == j => (j, 1.0 / (1.0 + size)),
@@ -312,31 +320,31 @@ impl Hypothesis {
     }
 }
 
-/// A fit, beside which more is asked of its rows.
+/// A solution at which further sums over its rows are computed.
 #[derive(Clone, Copy)]
-pub struct Point<'a> {
+pub struct FitPoint<'a> {
     /// The parameters.
     pub x: &'a [f64],
     /// The weights of the joints.
     pub weights: &'a [f64],
-    /// What rows count by their residual, where not all alike.
+    /// Weights of rows by their residual, where they differ.
     pub robust: Option<&'a Robust>,
 }
 
-/// What the mechanics of a robot leave open beside the parameters.
+/// Undetermined properties of the mechanics that are not parameters.
 #[derive(Clone, Copy, Default)]
-pub struct Open<'a> {
-    /// The torques per radian of tilt about axes across gravity, with the number of the axis of the base that is nearest.
+pub struct UndeterminedMechanics<'a> {
+    /// The torques per radian of tilt about horizontal axes, with the number of the nearest axis of the base frame.
     pub tilts: &'a [(usize, Tilt<'a>)],
-    /// The coordinates of which nobody said whether a rotor stands behind them.
+    /// The coordinates for which the options do not say whether they have a rotor.
     pub rotors: &'a [usize],
 }
 
-/// Torques at a position q per radian of tilt about one axis, n numbers.
+/// Torques at a position q per radian of tilt about one axis, N m/rad (N/rad), n numbers.
 pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// The hypotheses of a model.
-pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
+/// The hypotheses of a model that a fit can test with a column.
+pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
     let n = model.n();
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Zero);
     let scales = (0..n).filter(|_| n > 1).map(Scale);
@@ -349,10 +357,16 @@ pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
     faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
 }
 
-/// The columns of the hypotheses, sample by sample, n each.
-pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], open: Open) -> Vec<Vec<f64>> {
+/// The columns of the hypotheses: torque per unit of each, sample by sample, n numbers each.
+pub(super) fn columns(
+    model: &Model,
+    states: &States,
+    x: &[f64],
+    all: &[Hypothesis],
+    open: UndeterminedMechanics,
+) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
-    // Y(q) x at sample r, with another q than the sample's where a zero is moved.
+    // Y(q) x at sample r; q differs from the logged one where a zero is moved.
     let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
         let at = r * n..(r + 1) * n;
         model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
@@ -376,9 +390,9 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
                         q[k] = position + by;
                         torques(&q, r, &mut y)
                     };
-                    let (behind, before) = (moved(POSITION_STEP), moved(-POSITION_STEP));
+                    let (behind, before) = (moved(POSITION_STEP_RAD), moved(-POSITION_STEP_RAD));
                     q[k] = position;
-                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * POSITION_STEP)));
+                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * POSITION_STEP_RAD)));
                 }
                 Scale(k) => column.extend(only(k, here[k])),
                 Spring(k) => column.extend(only(k, q[k])),
@@ -392,7 +406,7 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
                     .extend((0..n).map(|j| if late.is_none_or(|k| k == j) { -torque_rate(states, r, j) } else { 0.0 })),
                 LoadFriction(k) => column.extend(only(k, states.direction[r * n + k] * here[k].abs())),
                 CrossTalk(k, i) => column.extend(only(k, states.tau[r * n + i])),
-                // `all` has none of those that no fit tells.
+                // `all` returns no hypothesis of this kind.
                 _ => column.extend(only(0, 0.0)),
             }
         }
@@ -400,8 +414,8 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
     columns
 }
 
-/// d tau_j/dt at sample r, by the samples before and behind, N m/s (N/s). Of a log so long that few of its samples are taken
-/// it says little, and tells no delay.
+/// d tau_j/dt at sample r, from the samples before and after, N m/s (N/s). It is inaccurate where a long log was thinned:
+/// then the delay is not identifiable.
 fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let (before, behind) = (r.saturating_sub(1), (r + 1).min(states.len() - 1));
     let seconds = states.t[behind] - states.t[before];

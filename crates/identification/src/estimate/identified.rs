@@ -1,10 +1,10 @@
-//! One identified parameter: its value, what the value is worth, and whether it can be used.
+//! One identified parameter: its value, its standard deviation, and whether the value can be used.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
-/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it exceeds so many.
+/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it exceeds 1.96 sigma.
 pub const INTERVAL: f64 = 1.96;
 
 /// One parameter.
@@ -17,9 +17,9 @@ pub struct Identified {
     pub unit: Unit,
     /// `None` where the data do not determine it.
     pub value: Option<f64>,
-    /// Standard deviation, in the unit of the value: the one to believe.
+    /// Standard deviation for correlated residuals, in the unit of the value: the one to use.
     pub sigma: Option<f64>,
-    /// The standard deviation if the model were exact and the noise white, which it never is in a robot.
+    /// Standard deviation for an exact model and white noise, too small for real robots.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub white_sigma: Option<f64>,
     /// 100 sigma / |value|, %.
@@ -29,8 +29,8 @@ pub struct Identified {
     pub status: Status,
     /// The value that predicts torques for a parameter that is not identifiable.
     ///
-    /// It is the smallest of the many values that explain the data alike, and no finding. The sums that the data
-    /// determine need it to predict torques.
+    /// It is the smallest of the many values with the same residual, and not a result. Predictions need it in the sums of
+    /// parameters that the data determine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub used_for_prediction: Option<f64>,
 }
@@ -45,25 +45,25 @@ pub enum Status {
     NotSignificant,
     /// Determined by so little motion that errors of the model, not noise, decide it.
     Weak,
-    /// The data say nothing about it.
+    /// The data do not determine the parameter.
     NotIdentifiable,
-    /// Known beforehand, as the truth of a simulation is, so that no data stand behind it.
+    /// Given beforehand and not estimated from data, such as the truth of a simulation.
     Given,
 }
 
-/// What is known of the error of a value.
+/// The standard deviations of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations {
-    /// The standard deviation to believe.
+    /// The standard deviation for correlated residuals.
     pub sigma: f64,
-    /// The standard deviation for white noise alone, where it is known too.
+    /// The standard deviation for white noise, where known.
     pub white: Option<f64>,
     /// Whether little motion decides the value.
     pub weak: bool,
 }
 
 impl Deviations {
-    /// A standard deviation that allows for white noise, and nothing beside it.
+    /// A standard deviation that allows for white noise only.
     pub fn white(sigma: f64) -> Deviations {
         Deviations { sigma, white: None, weak: false }
     }
@@ -99,7 +99,7 @@ impl Identified {
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// The value that predicts torques, or what stands for it where there is none.
+    /// The value that predicts torques; 0 where there is none.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
@@ -110,7 +110,7 @@ impl Identified {
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
-    /// The same with another value, its deviations kept; it stays without a finding where it is not identifiable.
+    /// The parameter with another value and the same deviations; it stays not identifiable where it was.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),
@@ -118,7 +118,7 @@ impl Identified {
         }
     }
 
-    /// The same with a standard deviation of at least this; unchanged where it is not identifiable.
+    /// The parameter with a standard deviation of at least `deviation`; unchanged where it is not identifiable.
     pub fn widened(self, deviation: f64) -> Identified {
         match (self.value, self.deviations()) {
             (Some(value), Some(found)) => {
@@ -129,14 +129,14 @@ impl Identified {
         }
     }
 
-    /// The same as [`Identified::widened`], and the standard deviation that it had is that of white noise.
+    /// The parameter inflated as by [`Identified::widened`]; its former standard deviation becomes the one for white noise.
     pub(crate) fn widened_beyond_white(self, deviation: f64) -> Identified {
         let white = self.sigma;
         let wide = self.widened(deviation);
         Identified { white_sigma: white.filter(|_| wide.sigma.is_some()), ..wide }
     }
 
-    /// Its standard deviation; infinite where it has none.
+    /// Its standard deviation, in the unit of the value; infinite where it has none.
     pub fn sigma_or_infinity(&self) -> f64 {
         self.sigma.unwrap_or(f64::INFINITY)
     }

@@ -1,7 +1,7 @@
-//! From logs to an estimate: the one way in.
+//! From logs to an estimate: the entry point.
 //!
-//! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
-//! intervals, the held-out errors and the remarks are added here.
+//! `estimators::weighted` solves; `estimators::huber` iterates over the rows where robust weights are selected. The
+//! standard deviations, the errors of cross-validation and the remarks are added here.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -13,11 +13,11 @@ use numerics::triangle::Triangle;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::Autocorrelation;
+use crate::estimate::claims::hypotheses::FitPoint;
 use crate::estimate::cross_talk::{CrossTalk, CrossTalkSums};
 use crate::estimate::directions::directions;
 use crate::estimate::held_out::{cross_validate_by_part, residuals};
 use crate::estimate::identified::{Deviations, Identified};
-use crate::estimate::ledger::hypotheses::Point;
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
@@ -31,8 +31,8 @@ use crate::signals::records::Records;
 
 /// Identifies a robot from one log.
 ///
-/// Fails when the log does not fit the robot, the transmission or the signal options. Parameters that the data do not
-/// determine are a status and no failure.
+/// Fails when the log does not fit the robot, the transmission or the signal options. A parameter that the data do not
+/// determine has the status not identifiable; this is not a failure.
 pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Estimate, Error> {
     identify_all(regressor, std::slice::from_ref(log), options)
 }
@@ -44,37 +44,36 @@ pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Op
 }
 
 /// The error where no joint has a row.
-pub const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
-                                  friction out of the model for torques of poses at rest";
+pub const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or omit friction for torques of poses at rest";
 
-/// An estimate with everything it came from.
+/// An estimate with the rows and the solution behind it.
 pub struct Fit {
     /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
-    /// The rows as triangles, by part of the record and by joint.
+    /// The rows as triangles, by block of the record and by joint.
     pub observation: Observation,
     /// The solution behind the values.
     pub solution: Solution,
     /// 1 / standard deviation of the residual, one per joint; ones for OLS.
     pub weights: Vec<f64>,
-    /// What rows count by their residual, where not all alike.
+    /// Weights of rows by their residual, where they differ.
     pub robust: Option<Robust>,
-    /// The deviations of the values, by the kind of error that they allow for.
+    /// The standard deviations of the values, by kind of error.
     pub deviation: ReplicateDeviation,
 }
 
 impl Fit {
-    /// What more is asked of the rows beside.
-    pub fn point(&self) -> Point<'_> {
-        Point { x: &self.solution.x, weights: &self.weights, robust: self.robust.as_ref() }
+    /// The solution and weights at which further sums over the rows are computed.
+    pub fn point(&self) -> FitPoint<'_> {
+        FitPoint { x: &self.solution.x, weights: &self.weights, robust: self.robust.as_ref() }
     }
 
-    /// The parameters, and what rows count by what they leave, where not all alike.
+    /// The parameters and the weights of rows by their residual; `None` without robust weights.
     pub fn of_rows(&self) -> Option<(&[f64], &Robust)> {
         Some((&self.solution.x, self.robust.as_ref()?))
     }
 
-    /// From logs held in memory.
+    /// A fit of logs in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
         let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
@@ -85,9 +84,9 @@ impl Fit {
         Fit::of_records(regressor, records.as_slice(), names, options)
     }
 
-    /// From records; `logs` are their names.
+    /// A fit of records; `logs`: names of their logs.
     ///
-    /// Fails when there is none, or when they cannot be read.
+    /// Fails when there is no record, or when one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,
@@ -99,7 +98,7 @@ impl Fit {
         Fit::of_observation(regressor, records, observation, logs, options)
     }
 
-    /// From records and the rows that they give the model of these options.
+    /// A fit of records and of their rows for the model of these options.
     ///
     /// Fails as `of_records` does.
     pub fn of_observation<R: Records + ?Sized>(
@@ -115,7 +114,7 @@ impl Fit {
             return Err(Error::new(NO_JOINT_MOVES));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        // Each loss, Huber's and then Tukey's, starts from the solution before.
+        // Each loss, Huber's and then Tukey's, starts from the previous solution.
         let mut by_rows: Option<Reweighted> = None;
         for &loss in options.weights.losses() {
             let start = by_rows.as_ref().map_or(&solution, |found| &found.solution);
@@ -126,6 +125,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
+        // Sums over residuals need the solution, hence one more pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -157,7 +157,7 @@ impl Fit {
     }
 }
 
-/// Covariance sigma_i sigma_j rho_ij with the deviations to believe, p x p, row by row.
+/// Covariance sigma_i sigma_j rho_ij with given standard deviations, p x p, row by row.
 ///
 /// rho_ij = a_ij / sqrt(a_ii a_jj), where `a` is any multiple of the covariance for white noise. Zero where a_ii is
 /// zero.
@@ -167,7 +167,7 @@ pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds how fast the joints moved, and the options with the cut-off that follows from it.
+/// Adds the bandwidth of the joints, Hz, and the options with the cut-off that follows from it.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -181,7 +181,7 @@ pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &
     estimate.cutoff = Some(observation.cutoff).filter(|hz| *hz > 0.0);
 }
 
-/// A sentence on the rows beyond the bound of a loss.
+/// A sentence on the share of rows beyond the bound of a loss.
 fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
     let shares: Vec<String> = coordinates.iter().zip(&found.outliers).map(share).collect();
@@ -195,15 +195,14 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
         0 => None,
         all if all == joints.len() => Some("no joint moves: the cut-off is a fifth of the sampling rate".into()),
         _ => Some(format!(
-            "the cut-off is that of the other joints: {} hardly move beside them, and what frequency they show is that of \
-             noise",
+            "the cut-off follows from the other joints: {} hardly move compared with them, and show the frequency of noise",
             names.join(", ")
         )),
     }
 }
 
-/// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
-/// transmission is known stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
+/// A larger share of a joint's squared residual that another joint's motion explains gets a sentence. Measured robots with
+/// a known transmission stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
 /// Smaller residuals, relative to the joint's torque, get no sentence.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
@@ -226,7 +225,7 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution, with the deviations to believe `sigma` and those of white noise, residuals and remarks.
+/// The estimate of a solution: values, standard deviations `sigma` and for white noise, residuals and remarks.
 pub fn report(
     model: &Model,
     joints: &[Triangle],
@@ -236,12 +235,12 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // At a unit of motion a parameter that is less sure than this may need more torque than any that was seen.
+    // A sigma above the largest torque counts as not identifiable: at a unit of motion it exceeds every torque of the log.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value; its part of x serves predictions.
+    // A parameter that the rows do not determine has no value; its entry of x serves predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

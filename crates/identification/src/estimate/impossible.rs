@@ -1,4 +1,4 @@
-//! Base parameters that no bodies give.
+//! Negative base parameters that physically consistent bodies cannot have.
 //!
 //! X_k = sum over bodies of tr(A P) + sum over rotors of c IA, with the pseudo-inertia P >= 0 of a body and IA >= 0. Where every
 //! A is positive semidefinite and no c negative, X_k cannot be negative: an inertia of bodies together, a mass, a rotor.
@@ -10,12 +10,12 @@ use nalgebra::Matrix4;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::significant;
 
-/// A parameter is negative where it is by so many deviations: of a hundred estimates, each with a dozen parameters that are near
-/// zero, one by chance.
+/// A parameter counts as negative below -4 sigma. With a dozen parameters near zero and normal errors, fewer than one of a
+/// thousand estimates has one below by chance.
 const NEGATIVE_SIGMAS: f64 = 4.0;
 
-/// An eigenvalue is none of a semidefinite matrix below this share of the largest entry, which is the rounding of its rule.
-const NEGATIVE_SHARE: f64 = 1e-9;
+/// A matrix counts as semidefinite where no eigenvalue is below minus this share of the largest entry: rounding of the map.
+const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
 /// Sentences on base parameters that are negative and cannot be.
 pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
@@ -30,14 +30,15 @@ pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
     found.collect()
 }
 
+/// Whether base parameter k is non-negative for all consistent bodies: every A >= 0 and every c >= 0.
 fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
-    let least = -NEGATIVE_SHARE * map.matrix.row(k).amax();
+    let least = -NEGATIVE_EIGENVALUE_SHARE * map.matrix.row(k).amax();
     let is_possible =
         |(_, first): &(String, usize)| weights(|i| map.matrix[(k, first + i)]).symmetric_eigenvalues().min() >= least;
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
 }
 
-/// A of a body, by the coefficients of XX XY XZ YY YZ ZZ MX MY MZ M.
+/// The matrix A of a body, from the coefficients of XX XY XZ YY YZ ZZ MX MY MZ M.
 fn weights(c: impl Fn(usize) -> f64) -> Matrix4<f64> {
     let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
     let [xx, yy, zz, m] = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
@@ -72,17 +73,17 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // The body for which the value is least is hardly ever drawn.
+            // The eigenvector of the smallest eigenvalue gives the body with the smallest value; a random draw rarely hits it.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
             (cannot_be_negative(&map(c, 1.0), 0), least)
         };
-        // ZZ, a mass, ZZ about an axis one metre away, and Y moments with their products.
+        // ZZ, a mass, ZZ about an axis one metre away, and combinations of Y moments with products.
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            // Zero, but for rounding, is what a point on the axis gives.
+            // A point mass on the axis gives zero, up to rounding.
             assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
         for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {

@@ -1,20 +1,19 @@
-//! Friction terms chosen joint by joint, by what they predict.
+//! Friction terms chosen joint by joint, by cross-validation.
 //!
-//! To the terms of all joints come, one after the other, those of single joints: friction that grows with the load,
-//! Stribeck friction at 5 and 15 % of the joint's largest speed, viscous asymmetry, the root of the speed. Each tenth of
-//! the records is predicted from the others. With the weighted rows W_k of tenth k, e_k what x leaves of them, and x_k
-//! from all other tenths,
+//! Terms of single joints are added to the terms of all joints, one by one: friction that grows with the load, Stribeck
+//! friction at 5 and 15 % of the joint's largest speed, viscous asymmetry, the root of the speed. Each tenth of the
+//! records is predicted from the others. With the weighted rows W_k and torques y_k of tenth k, and x_k from all other
+//! tenths,
 //!
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
 //! ```
-//! the term with the smallest E is taken, as long as E falls by more than 1.5 %. Weights are by joint, so each joint
-//! counts alike. The load is the torque that an earlier fit predicts for the bodies, so that the torque to be explained
-//! stands on one side only.
+//! the term with the smallest E is taken, as long as E falls by more than 1.5 %. Weights are by joint, so all joints
+//! have the same influence. The load is the torque that an earlier fit predicts for the bodies, so that the measured
+//! torque is on one side of the equation only.
 //!
-//! The records are gone through once: the rows of all candidates go into one triangle, and their products
-//! G_k = W_k' W_k give E for any set of columns. A candidate borders the factor of the set, which costs the square of
-//! its size.
+//! The records are read once: one triangle contains the rows of all candidates, and the products G_k = W_k' W_k give E
+//! for any set of columns. A candidate borders the Cholesky factor of the set, which costs the square of its size.
 
 use std::fmt;
 
@@ -31,18 +30,18 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
-/// Ratio of the errors with a term and without it, above which the term is not worth its column.
+/// Ratio of the errors with a term and without it, above which the term is not added.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
 /// Shares of a joint's largest speed over which Stribeck friction decays.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
-/// Friction is at most this share of the load: no gear wastes more.
+/// Friction is at most this share of the load: no gear dissipates more.
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
-/// Share of a column's square with which its parameter is held where a tenth is left out, as in `held_out`.
-const HOLD_SHARE: f64 = 1e-6;
-/// The same for the whole record: what no row determines stays near zero.
-const RANK_SHARE: f64 = 1e-12;
+/// Regularisation of a parameter where a tenth is left out, as a share of its column's square, as in `held_out`.
+const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
+/// Regularisation on the whole record, as a share of a column's square: undetermined parameters stay near zero.
+const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 
-/// A term that was taken, and the error with it.
+/// A term that was taken, and the relative error with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TakenTerm {
     /// The term.
@@ -54,7 +53,7 @@ pub struct TakenTerm {
 /// The terms that were taken, in the order of their gain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
-    /// E without any, over the norm of the weighted torque.
+    /// E without terms of single joints, over the norm of the weighted torque.
     pub error: f64,
     /// Terms of single joints.
     pub taken: Vec<TakenTerm>,
@@ -67,7 +66,7 @@ impl JointTerms {
     }
 }
 
-/// The candidates of all joints that move; `speed`: the largest of each joint, rad/s.
+/// The candidate terms of all joints that move; `speed`: the largest speed of each joint, rad/s (m/s).
 pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     let mut out = Vec::new();
     for (j, &fastest) in speed.iter().enumerate().filter(|(_, v)| **v > 0.0) {
@@ -80,8 +79,8 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses terms of single joints beside `options.friction`, on records whose load is predicted. `beside`: the parameters
-/// of a fit without them, and what rows count by what it leaves; all count alike where there is none.
+/// Chooses terms of single joints to add to `options.friction`, on records with predicted load. `other_columns`: the parameters
+/// of a fit without them, and the weights of rows by their residuals; equal weights where it is `None`.
 ///
 /// Fails where a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(
@@ -89,21 +88,22 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     records: &R,
     options: &Options,
     candidates: &[FrictionTerm],
-    beside: Option<(&[f64], &Robust)>,
+    other_columns: Option<(&[f64], &Robust)>,
 ) -> Result<JointTerms, Error> {
     let terms = [options.friction.as_slice(), candidates].concat();
     let wide = options.linear_model_with(regressor, &terms);
     let places: Vec<usize> = (0..candidates.len()).map(|i| place(&wide, options, candidates, i)).collect();
     let kept: Vec<usize> = (0..wide.p()).filter(|c| !places.contains(c)).collect();
     let mut x = vec![0.0; wide.p()];
-    kept.iter().zip(beside.map_or(&[][..], |(x, _)| x)).for_each(|(&c, value)| x[c] = *value);
-    let weight = |j: usize, e: f64| row_factor(beside.map(|(_, rows)| rows), j, e);
-    let rows = Observation::of_records(&wide, records, beside.map(|_| RowWeight { x: &x, weight: &weight }))?;
-    // The weights are those of the model without the candidates.
+    kept.iter().zip(other_columns.map_or(&[][..], |(x, _)| x)).for_each(|(&c, value)| x[c] = *value);
+    let weight = |j: usize, e: f64| row_factor(other_columns.map(|(_, rows)| rows), j, e);
+    let rows = Observation::of_records(&wide, records, other_columns.map(|_| RowWeight { x: &x, weight: &weight }))?;
+    // The weights by joint come from the model without the candidates.
     let joints: Vec<Triangle> = rows.joints(|_| true).iter().map(|joint| select(joint, &kept)).collect();
     let (_, weights) = fit(&joints, options.weights);
     let folds = Folds::new(&rows, &weights);
 
+    // Forward selection by the error of cross-validation.
     let mut set = kept;
     let first = folds.error(&set);
     let torque = folds.torque() + weighted(&joints, &weights).taken_out;
@@ -119,14 +119,14 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
         };
         let possible = open.iter().zip(&tried).filter(|(i, tried)| is_possible(**i, tried.value));
         let Some((&best, tried)) = possible.min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { break };
-        // Squares.
+        // The errors are squares E^2, so the ratio is squared.
         if tried.error.is_nan() || tried.error >= WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error {
             break;
         }
         error = tried.error;
         set.push(places[best]);
         found.taken.push(TakenTerm { term: candidates[best], ratio: (error / first).sqrt() });
-        // A joint has one parameter of a name.
+        // A joint has at most one parameter of each name.
         let named = |i: usize| wide.parameters[places[i]].id.clone();
         let taken = named(best);
         open.retain(|&i| named(i) != taken);
@@ -134,26 +134,26 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     Ok(found)
 }
 
-/// The column of candidate i in the wide model.
+/// The column of candidate i in the model with all candidates.
 fn place(wide: &Model, options: &Options, candidates: &[FrictionTerm], i: usize) -> usize {
     let FrictionTerm::At(number, _) = candidates[i] else { return 0 };
     let (base, j) = (wide.regressor.parameters().len(), number - 1);
     base + columns_before(wide.friction, j) + columns_of(&options.friction, j) + columns_of(&candidates[..i], j)
 }
 
-/// What a candidate does.
-struct Tried {
+/// The effect of a candidate.
+struct CandidateEffect {
     /// E^2 with it.
     error: f64,
-    /// Its parameter on the whole record.
+    /// Its parameter, estimated from the whole record.
     value: f64,
 }
 
-/// Products of the weighted rows, the right-hand side last: of each tenth, and of all of them. Columns have unit norm.
+/// Products of the weighted rows, with the right-hand side as last column, by tenth and in total. Columns have unit norm.
 struct Folds {
     tenths: Vec<DMatrix<f64>>,
     all: DMatrix<f64>,
-    /// What a parameter of a column of unit norm is multiplied by.
+    /// Factors from the parameters of unit-norm columns to the parameters of the model.
     scale: DVector<f64>,
 }
 
@@ -182,50 +182,50 @@ impl Folds {
         folds
     }
 
-    /// The square of the weighted torque.
+    /// The squared norm of the weighted torque.
     fn torque(&self) -> f64 {
         self.all.diagonal().as_slice().last().copied().unwrap_or(0.0)
     }
 
-    /// E^2 of a set of columns; infinite where it cannot be solved.
+    /// E^2 of a set of columns; infinite where the normal equations cannot be solved.
     fn error(&self, set: &[usize]) -> f64 {
-        let Some(whole) = Normal::new(&self.all, set, RANK_SHARE) else { return f64::INFINITY };
+        let Some(whole) = Normal::new(&self.all, set, WHOLE_REGULARISATION_SHARE) else { return f64::INFINITY };
         let x = whole.solution(&DVector::zeros(set.len()));
         let of_tenth = |tenth: &DMatrix<f64>| {
-            let rest = Normal::new(&(&self.all - tenth), set, HOLD_SHARE)?;
-            Some(left(tenth, set, &rest.solution(&x)))
+            let rest = Normal::new(&(&self.all - tenth), set, FOLD_REGULARISATION_SHARE)?;
+            Some(residual_square(tenth, set, &rest.solution(&x)))
         };
         self.tenths.iter().map(of_tenth).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
     }
 
-    /// What each of these columns does beside a set.
-    fn with_each(&self, set: &[usize], columns: &[usize]) -> Vec<Tried> {
+    /// The effect of adding each of `columns` to a set.
+    fn with_each(&self, set: &[usize], columns: &[usize]) -> Vec<CandidateEffect> {
         let last = self.all.nrows() - 1;
-        let none = || Tried { error: f64::INFINITY, value: 0.0 };
-        let Some(whole) = Normal::new(&self.all, set, RANK_SHARE) else {
+        let none = || CandidateEffect { error: f64::INFINITY, value: 0.0 };
+        let Some(whole) = Normal::new(&self.all, set, WHOLE_REGULARISATION_SHARE) else {
             return columns.iter().map(|_| none()).collect();
         };
         let alone = whole.solution(&DVector::zeros(set.len()));
         let starts: Vec<DVector<f64>> = columns.iter().map(|&c| whole.bordered(c, &alone, 0.0)).collect();
         let value = |(start, &c): (&DVector<f64>, &usize)| start[set.len()] * self.scale[c] / self.scale[last];
-        let mut tried: Vec<Tried> =
-            starts.iter().zip(columns).map(|one| Tried { error: 0.0, value: value(one) }).collect();
+        let mut tried: Vec<CandidateEffect> =
+            starts.iter().zip(columns).map(|one| CandidateEffect { error: 0.0, value: value(one) }).collect();
         for tenth in &self.tenths {
-            let Some(rest) = Normal::new(&(&self.all - tenth), set, HOLD_SHARE) else {
+            let Some(rest) = Normal::new(&(&self.all - tenth), set, FOLD_REGULARISATION_SHARE) else {
                 return columns.iter().map(|_| none()).collect();
             };
             for ((tried, start), &c) in tried.iter_mut().zip(&starts).zip(columns) {
                 let held = start.rows(0, set.len()).into_owned();
                 let x = rest.bordered(c, &rest.solution(&held), start[set.len()]);
-                tried.error += left(tenth, &[set, &[c]].concat(), &x);
+                tried.error += residual_square(tenth, &[set, &[c]].concat(), &x);
             }
         }
         tried
     }
 }
 
-/// |W x - y|^2 from products.
-fn left(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
+/// |W x - y|^2 from the products of W and y.
+fn residual_square(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
     let last = products.nrows() - 1;
     let mut all = DVector::zeros(last + 1);
     set.iter().zip(x.iter()).for_each(|(&c, x)| all[c] = *x);
@@ -233,7 +233,7 @@ fn left(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
     all.dot(&(products * &all)).max(0.0)
 }
 
-/// The normal equations of a set of columns, each parameter held by a share of its column's square.
+/// The regularised normal equations of a set of columns; `hold`: regularisation as a share of a column's square.
 struct Normal<'a> {
     products: DMatrix<f64>,
     set: &'a [usize],
@@ -245,14 +245,14 @@ impl<'a> Normal<'a> {
     /// `None` where the equations cannot be solved.
     fn new(products: &DMatrix<f64>, set: &'a [usize], hold: f64) -> Option<Normal<'a>> {
         let entry = |i: usize, j: usize| {
-            let held = if i == j { hold * products[(set[i], set[i])] + RANK_SHARE } else { 0.0 };
+            let held = if i == j { hold * products[(set[i], set[i])] + WHOLE_REGULARISATION_SHARE } else { 0.0 };
             products[(set[i], set[j])] + held
         };
         let factor = Cholesky::new(DMatrix::from_fn(set.len(), set.len(), entry))?;
         Some(Normal { products: products.clone(), set, hold, factor })
     }
 
-    /// The parameters, held at `start`.
+    /// The parameters, regularised towards `start`.
     fn solution(&self, start: &DVector<f64>) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let right = |i: usize| {
@@ -262,15 +262,16 @@ impl<'a> Normal<'a> {
         self.factor.solve(&DVector::from_fn(self.set.len(), |i, _| right(i)))
     }
 
-    /// The parameters with column c behind the others; `alone`: those without it, `start`: where its own is held.
+    /// The parameters with column c added as the last; `alone`: parameters without it, `start`: the value towards which its
+    /// parameter is regularised. The bordered system costs one solution with the factor of the set.
     fn bordered(&self, c: usize, alone: &DVector<f64>, start: f64) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let beside = DVector::from_fn(self.set.len(), |i, _| self.products[(self.set[i], c)]);
         let by_others = self.factor.solve(&beside);
         let (own, right) = (self.products[(c, c)], self.products[(c, last)]);
         let pivot = own * (1.0 + self.hold) - beside.dot(&by_others);
-        let is_told = pivot > RANK_SHARE.sqrt() * own;
-        let x = if is_told { (right + self.hold * own * start - beside.dot(alone)) / pivot } else { 0.0 };
+        let is_identifiable = pivot > WHOLE_REGULARISATION_SHARE.sqrt() * own;
+        let x = if is_identifiable { (right + self.hold * own * start - beside.dot(alone)) / pivot } else { 0.0 };
         let mut all = alone - by_others * x;
         all = all.push(x);
         all
@@ -281,9 +282,9 @@ impl fmt::Display for JointTerms {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.taken.is_empty() {
             let least = 100.0 * (1.0 - WORTHWHILE_ERROR_RATIO);
-            return writeln!(f, "no term of a single joint predicts parts left out by {least:.1} % better");
+            return writeln!(f, "no term of a single joint lowers the held-out error by {least:.1} %");
         }
-        writeln!(f, "terms of single joints, and the error on parts left out beside that without them:")?;
+        writeln!(f, "terms of single joints, and the held-out error relative to the fit without them:")?;
         self.taken.iter().try_for_each(|taken| writeln!(f, "   {:.3}  {}", taken.ratio, taken.term))
     }
 }
@@ -326,14 +327,14 @@ mod tests {
         assert_eq!(first(&|dq, _| 0.3 * dq + (0.5 + bump(dq)) * dq.signum()), at(JointTerm::Stribeck(slow)));
         assert_eq!(first(&|dq, _| 0.3 * dq + 0.2 * dq.abs()), at(JointTerm::ViscousAsymmetry));
         assert_eq!(first(&|dq, _| 0.3 * dq + dq.abs().sqrt() * dq.signum()), at(JointTerm::Root));
-        // Friction that shrinks with the load, or eats more than a gear can, is no friction of the load.
+        // Coefficients below 0, or above the largest of a gear, are rejected.
         for coefficient in [-0.1, 0.4] {
             let (terms, _) = found(|dq, load| 0.3 * dq + (5.0 + coefficient * load.abs()) * dq.signum());
             assert!(!terms.has_load(), "{terms}");
         }
     }
 
-    /// The error of a set, with a column bordered or not, is that of cross-validation by triangles.
+    /// The error of a set, with a bordered column or without, equals the error of cross-validation by triangles.
     #[test]
     fn products_give_the_error_of_cross_validation() {
         use crate::estimate::held_out::cross_validate;
@@ -354,7 +355,7 @@ mod tests {
         let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
         let expected = cross_validate(&model, &rows, Weights::Joint).total;
         let found = (direct / torque).sqrt() / weights[0];
-        // The hold is another share of the rows there.
+        // The regularisation differs there, hence the tolerance.
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
     }
 }

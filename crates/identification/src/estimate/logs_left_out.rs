@@ -1,44 +1,44 @@
 //! Each of several logs, predicted by parameters from all others.
 //!
-//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i those from all but i, and X_i those that are
-//! fitted to it alone,
+//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i the parameters from all logs except
+//! i, and X_i the parameters from log i alone,
 //!
 //! ```text
 //! e(x) = |tau_i - W_i x| / |tau_i|
 //! error = e(X_-i)     by_parameters^2 = e(X_-i)^2 - e(X_i)^2     apart^2 = e(X)^2 - e(X_i)^2
 //! ```
-//! Shares of the torque, without unit. The deviations of those parameters are as much wider than those of white noise as those of all logs are: they say what error
-//! of the prediction is no contradiction.
+//! All are relative to the torque, without unit. The standard deviations of X_-i are inflated from white noise by the same
+//! factors as the standard deviations of X. They say which error of the prediction is no contradiction.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
 use numerics::triangle::Triangle;
 
-use crate::estimate::described::described_residuals;
 use crate::estimate::digits::percent;
 use crate::estimate::held_out::{of_parameters, residuals, unsure, without_each};
 use crate::estimate::identify::{Fit, with_deviations};
+use crate::estimate::nominal_prediction::nominal_residuals;
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
-/// Errors |tau - W X| / |tau| on a log under parameters that were not found from it.
+/// Relative errors |tau - W X| / |tau| on a log under parameters that were not fitted to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLeftOut {
     /// The number of the log, from 0.
     pub log: usize,
-    /// Of parameters from all other logs.
+    /// Error e(X_-i) of parameters from all other logs.
     pub error: f64,
-    /// What their deviations explain of it; infinite where the others leave open what all logs together tell.
+    /// The error that their standard deviations explain; infinite where the other logs have a lower rank than all logs.
     pub unsure: f64,
-    /// What of it no parameters would leave.
+    /// The share of `error` that is due to the parameters.
     pub by_parameters: f64,
-    /// What parameters from all logs leave of it and those that are fitted to this log alone do not.
+    /// The share of e(X) that parameters from this log alone would avoid.
     pub apart: f64,
-    /// Of the description with fitted friction; `None` where it has no inertials.
+    /// Error of the nominal parameters with fitted friction; `None` where the description has no inertials.
     pub described: Option<f64>,
 }
 
-/// Each log of a fit left out; empty where there is one. `described`: the base parameters of the description.
+/// Errors with each log of a fit left out in turn; empty where there is one log. `nominal_prediction`: nominal base parameters.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
     if logs.is_empty() {
@@ -46,6 +46,7 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
     }
     let (numbers, parts): (Vec<usize>, Vec<Vec<Triangle>>) = logs.into_iter().unzip();
     let wider: Vec<f64> = fitted.deviation.sigma().iter().zip(&fitted.deviation.white).map(|(s, w)| s / w).collect();
+    // Inflation sigma / white sigma is taken from the fit of all logs.
     let rests = without_each(model, &parts, &fitted.weights);
     let one = |((log, joints), rest): ((usize, &Vec<Triangle>), Triangle)| {
         let solution = solve(&rest);
@@ -53,14 +54,14 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
         let deviations: Vec<f64> =
             deviations.map(|(white, wider)| if white > 0.0 { wider * white } else { 0.0 }).collect();
         let covariance = with_deviations(&solution.inverse, &deviations);
-        let is_told = solution.rank >= fitted.solution.rank;
+        let is_identifiable = solution.rank >= fitted.solution.rank;
         let error = residuals(model, joints, &solution.x).total;
         let least = residuals(model, joints, &fit(joints, Weights::None).0.x).total;
-        let of_description = |x| described_residuals(model, joints, &vec![1.0; joints.len()], x).total;
+        let of_description = |x| nominal_residuals(model, joints, &vec![1.0; joints.len()], x).total;
         LogLeftOut {
             log,
             error,
-            unsure: if is_told { unsure(model, joints, &covariance) } else { f64::INFINITY },
+            unsure: if is_identifiable { unsure(model, joints, &covariance) } else { f64::INFINITY },
             by_parameters: of_parameters(error, least),
             apart: of_parameters(residuals(model, joints, &fitted.solution.x).total, least),
             described: described.map(of_description),
@@ -69,10 +70,11 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
     numbers.into_iter().zip(&parts).zip(rests).map(one).collect()
 }
 
-/// Logs that a sentence names at most.
+/// Largest number of logs that a sentence names.
 const MOST_NAMED_LOGS: usize = 8;
 
-/// How well each log is predicted, worst first where not all are named; `logs`: their names. `None` where there is one log.
+/// A sentence on the error of each log, the worst first where not all are named; `logs`: their names. `None` where there is
+/// one log.
 pub fn sentence(left_out: &[LogLeftOut], logs: &[String]) -> Option<String> {
     let mut named: Vec<&LogLeftOut> = left_out.iter().collect();
     let which = match named.len() {
@@ -96,7 +98,7 @@ mod tests {
     use linear_model::states::States;
     use random::Random;
 
-    /// Two logs of the pendulum with noise, as `change` leaves the second.
+    /// Two logs of the pendulum with noise; `change` modifies the second.
     fn left_out(change: impl Fn(&mut States)) -> Vec<LogLeftOut> {
         let arm = Pendulum::new();
         let options = Options { friction: Vec::new(), ..Options::default() };
@@ -115,7 +117,7 @@ mod tests {
         let found = left_out(|_| ());
         assert_eq!(found.iter().map(|left| left.log).collect::<Vec<_>>(), [0, 1]);
         for left in &found {
-            // 0.01 N m of noise beside some 5 N m, and three parameters from a thousand rows of it.
+            // 0.01 N m of noise, a torque of about 5 N m, three parameters, a thousand rows.
             assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
             assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
         }
@@ -133,7 +135,7 @@ mod tests {
         assert!(many.contains("; the worst: 8.csv 9.00 %, 7.csv 8.00 %") && !many.contains(" 0.csv"), "{many}");
     }
 
-    /// Torques that are a tenth larger: each log is predicted a tenth wrong, and half of that is left by parameters from both.
+    /// Torques of one log are a tenth larger: each log is predicted with an error of a tenth, by parameters from both with half.
     #[test]
     fn logs_of_two_robots_are_apart() {
         for left in left_out(|states| states.tau.iter_mut().for_each(|tau| *tau *= 1.1)) {
@@ -141,7 +143,7 @@ mod tests {
         }
     }
 
-    /// A log of a robot at one place tells one column: what it leaves open makes no contradiction.
+    /// A log of a robot at one pose determines one column: undetermined parameters are no contradiction.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {

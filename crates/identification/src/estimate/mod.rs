@@ -1,11 +1,11 @@
-//! From logs to an estimate: the solution with its intervals, held-out errors and remarks.
+//! From logs to an estimate: the solution with its standard deviations, errors of cross-validation and remarks.
 
 pub mod artefact;
 pub mod autocorrelation;
+pub mod claims;
 pub mod consistent;
 pub mod cross_talk;
 pub mod delay;
-pub mod described;
 pub mod digits;
 pub mod directions;
 pub mod drive_gains;
@@ -16,11 +16,11 @@ pub mod identified;
 pub mod identify;
 pub mod impossible;
 pub mod joint_terms;
-pub mod ledger;
+pub mod log_check;
 pub mod logs_left_out;
+pub mod nominal_prediction;
 pub mod options;
 pub mod other_logs;
-pub mod passport;
 pub mod remarks;
 pub mod residuals;
 pub mod rotors;

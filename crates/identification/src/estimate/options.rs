@@ -1,4 +1,4 @@
-//! How an identification is done: the file of `--options`.
+//! The options of an identification: the file of `--options`.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -12,15 +12,15 @@ use crate::signals::preparation::Preparation;
 use crate::signals::signal_options::{Signal, possible_delay};
 use crate::signals::transmission::Transmission;
 
-/// How an identification is done; every part has a default.
+/// The options of an identification; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Name of the robot, for the report.
     pub model: String,
-    /// Which column of a log is which signal.
+    /// Names of the columns of a log by signal.
     pub columns: ColumnNames,
-    /// Units of a log that its headers do not name: those of `columns`, where they stand once read.
+    /// Units of a log whose headers name none. Reading moves them to `columns`.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
     /// Transmission between the log and the joints.
@@ -29,12 +29,12 @@ pub struct Options {
     pub signal: Signal,
     /// Friction columns of every joint.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters that predict the torques which friction grows with, of an earlier fit; empty without such friction.
+    /// Base parameters of an earlier fit that predict the load of load-dependent friction; empty without such friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction_load: Vec<f64>,
-    /// How much each row counts.
+    /// The weights of rows.
     pub weights: Weights,
-    /// Whether the estimate carries its covariance.
+    /// Whether the estimate contains its covariance.
     pub covariance: bool,
 }
 
@@ -55,19 +55,19 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Reads options from a YAML file; what it does not name keeps its default.
+    /// Reads options from a YAML file; absent keys keep their defaults. Fails for unknown keys and impossible values.
     pub fn read(path: &std::path::Path) -> Result<Options, Error> {
         let file = path.display().to_string();
         let text = robot::format::read_text(path).map_err(|e| Error::at(&file, e.place.line, e.message))?;
         Options::parse(&file, &text)
     }
 
-    /// The same of a text; `file` stands in messages.
+    /// Reads options from a text; `file`: its name in error messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
         let mut options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
         if !options.units.is_empty() {
             if !options.columns.units.is_empty() {
-                return Err(Error::at(file, 0, "`units` stands beside `columns` and within it: one of them"));
+                return Err(Error::at(file, 0, "`units` stands next to `columns` and within it: keep one of them"));
             }
             options.columns.units = std::mem::take(&mut options.units);
         }
@@ -75,12 +75,12 @@ impl Options {
         Ok(options)
     }
 
-    /// The model of the torques: this regressor with the friction and the couplings.
+    /// The linear model of the torques: the regressor with friction and couplings of these options.
     pub fn linear_model<'a>(&'a self, regressor: &'a dyn Regressor) -> Model<'a> {
         self.linear_model_with(regressor, &self.friction)
     }
 
-    /// The same with other friction.
+    /// The linear model of the torques with other friction than these options have.
     pub fn linear_model_with<'a>(&self, regressor: &'a dyn Regressor, friction: &'a [FrictionTerm]) -> Model<'a> {
         let Transmission { scales, springs, .. } = self.transmission.clone();
         let (scales, springs) = (scales.unwrap_or_default(), springs.unwrap_or_default());

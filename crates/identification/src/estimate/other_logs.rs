@@ -1,15 +1,15 @@
-//! How wrong parameters may be, where logs tell that were not fitted.
+//! The mean square error of parameters, from logs that were not fitted.
 //!
-//! With x and C the parameters and their covariance, T_j and z_j the rows and torques of joint j in another log, s_j what the
-//! parameters of that log itself leave there, and m how many correlated rows are worth one,
+//! With x and C the parameters and their covariance, T_j and z_j the rows and torques of joint j in another log, s_j the rms
+//! residual there of the parameters fitted to that log, N m (N), and m how many correlated rows count as one,
 //!
 //! ```text
 //! H = sum_j T_j'T_j / (m s_j^2)     g = sum_j T_j'(z_j - T_j x) / (m s_j^2)
 //! P = C (1 + H C)^-1                d = P g                     E = P + d d'
 //! ```
-//! x + d are the parameters that both logs tell, with the covariance P. So E is the mean square of the error of x: what both
-//! logs leave unsure, and by how much the other log contradicts. A log that needs no more than x gives makes E smaller than C,
-//! and one that x predicts worse than C explains makes it larger.
+//! x + d are the parameters estimated from both logs, with the covariance P. So E is the mean square error of x: the variance
+//! that both logs leave, and the square of the change by the other log. A log that x predicts well makes E smaller than C; a
+//! log that x predicts worse than C explains makes E larger.
 
 use linear_model::linear_model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -17,7 +17,10 @@ use numerics::triangle::Triangle;
 
 use crate::estimators::weighted::{Weights, fit};
 
-/// E, p x p row by row; `logs`: by log, the triangles of its joints. `discount`: m. `None` where it has no solution.
+/// Smallest mean square residual over the mean square torque: rounding.
+const ROUNDING_SQUARE_SHARE: f64 = 1e-18;
+
+/// E, p x p, row by row; `logs`: by log, the triangles of its joints; `discount`: m. `None` where 1 + H C is singular.
 pub fn mean_square_errors(
     model: &Model,
     x: &[f64],
@@ -27,7 +30,7 @@ pub fn mean_square_errors(
     discount: f64,
 ) -> Option<Vec<Vec<f64>>> {
     let p = model.p();
-    // In deviations of the parameters, which have different units.
+    // Parameters have different units, so they are scaled by their standard deviations.
     let scale: Vec<f64> = (0..p).map(|c| covariance[c][c].max(0.0).sqrt()).collect();
     let over = |c: usize| if scale[c] > 0.0 { 1.0 / scale[c] } else { 0.0 };
     let correlation = DMatrix::from_fn(p, p, |i, j| over(i) * covariance[i][j] * over(j));
@@ -36,8 +39,8 @@ pub fn mean_square_errors(
         let own = fit(joints, weights).0.x;
         for joint in joints.iter().filter(|joint| joint.rows > 0) {
             let (torque, left) = joint.squares(&own);
-            // What is left is no less than rounding.
-            let variance = discount * left.max(1e-18 * torque) / joint.rows as f64;
+            // m s_j^2, at least the rounding.
+            let variance = discount * left.max(ROUNDING_SQUARE_SHARE * torque) / joint.rows as f64;
             if variance <= 0.0 {
                 continue;
             }
@@ -49,10 +52,11 @@ pub fn mean_square_errors(
             slope += rows.transpose() * miss / variance;
         }
     }
-    let left = (DMatrix::identity(p, p) + information * &correlation).lu().try_inverse()?;
-    let told = correlation * left;
-    let moved = &told * slope;
-    let entry = |i: usize, j: usize| 0.5 * (told[(i, j)] + told[(j, i)]) + moved[i] * moved[j];
+    // P = C (1 + H C)^-1, d = P g, E = P + d d'; P is made symmetric against rounding.
+    let inverse = (DMatrix::identity(p, p) + information * &correlation).lu().try_inverse()?;
+    let posterior = correlation * inverse;
+    let moved = &posterior * slope;
+    let entry = |i: usize, j: usize| 0.5 * (posterior[(i, j)] + posterior[(j, i)]) + moved[i] * moved[j];
     let error = |i: usize| (0..p).map(|j| scale[i] * entry(i, j) * scale[j]).collect::<Vec<f64>>();
     let errors: Vec<Vec<f64>> = (0..p).map(error).collect();
     errors.iter().flatten().all(|e| e.is_finite()).then_some(errors)
@@ -65,8 +69,8 @@ mod tests {
     use crate::test_arm::pendulum;
     use random::Random;
 
-    /// The errors of parameters that are two deviations off, and of ones that are right, by another log of little noise: those
-    /// that they have. Without another log E is C.
+    /// Another log of little noise finds the true errors of parameters that are wrong by two sigma, and of true ones. Without
+    /// another log E equals C.
     #[test]
     fn another_log_tells_the_error() {
         let (arm, model) = pendulum();
@@ -84,7 +88,7 @@ mod tests {
             let x: Vec<f64> = arm.truth.iter().map(|x| x + off * sigma).collect();
             let found = of(&x, &[&log]);
             for c in 0..p {
-                // A thousandth of noise on some hundred rows tells each parameter to a thousandth.
+                // With noise of a thousandth, some hundred rows determine each parameter to a thousandth.
                 assert!((found[c][c].sqrt() - off * sigma).abs() < 2e-3, "{off} {found:?}");
             }
         }

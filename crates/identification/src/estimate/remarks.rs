@@ -1,4 +1,4 @@
-//! Sentences on what the data cannot tell, each with the motion that would have told it.
+//! Sentences on parameters that are not identifiable from the data, each with the motion that would identify them.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -7,21 +7,26 @@ use numerics::least_squares::Solution;
 
 use crate::rows::observation::Observation;
 
-/// A range of motion, rad, below which a joint explains why its parameters are badly known, unless it is fast.
+/// A revolute joint with a smaller range of motion, rad, explains the large deviations of its parameters, unless it is fast.
 const SHORT_RANGE_RAD: f64 = 0.5;
-/// The same range of a joint that slides, m.
+/// Smallest range of motion of a prismatic joint, m, as [`SHORT_RANGE_RAD`].
 const SHORT_RANGE_M: f64 = 0.05;
 
-/// A joint is fast where its speed exceeds this share of that of the fastest joint of its kind.
+/// A joint is slow up to this share of the speed of the fastest joint of its kind (revolute or prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
-/// Scaled condition numbers above this are worth a sentence.
+/// A condition number of the scaled columns above this gets a sentence.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// Few joints of arms turn farther than two turns, rad. Columns in degrees go farther and are more common.
+/// Entries of a unit direction below this are not named.
+const SMALLEST_NAMED_ENTRY: f64 = 0.05;
+/// Largest number of parameters of a direction that are named.
+const MAX_NAMED_MEMBERS: usize = 6;
+
+/// Two turns, rad. Few joints of arms turn farther; a larger angle is more often a column in degrees.
 pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
-/// Joints that hardly move: their range is small, and they are slow beside the fastest joint of their kind.
+/// Joints that hardly move: their range is small, and they are slow compared with the fastest joint of their kind.
 pub(crate) fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
@@ -40,16 +45,16 @@ fn unit(model: &Model, k: usize) -> &'static str {
     if model.regressor.is_prismatic(k) { "m" } else { "rad" }
 }
 
-/// Whether a parameter moves with joints that hardly move, and with no other.
+/// Whether all joints of a parameter hardly move.
 pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// A body this many times as heavy as its description, or as light, is worth a sentence.
+/// A body heavier or lighter than its nominal mass by this factor gets a sentence.
 const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
-/// A sentence on a body whose mass differs much from that of the description.
-pub fn outgrown((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
+/// A sentence on a body whose mass, kg, differs much from the nominal mass; `None` where it does not.
+pub fn exceeding_description((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     let (mass, given) = (body[9], known[9]);
     let ratio = mass / given;
     (given > 0.0 && !(1.0 / REMARKABLE_MASS_RATIO..REMARKABLE_MASS_RATIO).contains(&ratio)).then(|| {
@@ -74,7 +79,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     out
 }
 
-/// Parameters whose columns are zero in all rows.
+/// Sentences on parameters whose columns are zero in all rows.
 fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let is_alone = |c: &usize| !solution.determined[*c] && solution.inverse[(*c, *c)] == 0.0;
     let sentence = |c: usize| {
@@ -84,7 +89,7 @@ fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<S
     (0..model.p()).filter(is_alone).map(sentence).collect()
 }
 
-/// Directions v with W v = 0, of more than one column.
+/// Sentences on directions v with W v = 0, of more than one column.
 fn together(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let mut out = Vec::new();
     for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
@@ -94,9 +99,8 @@ fn together(model: &Model, observation: &Observation, solution: &Solution) -> Ve
         }
         let names = combination(model, direction, &members);
         let why = because(model, observation, &members);
-        let sentence = format!(
-            "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
-        );
+        let sentence =
+            format!("not identifiable one by one, only in combination: a change along {names} changes no torque{why}");
         if !out.contains(&sentence) {
             out.push(sentence);
         }
@@ -104,7 +108,7 @@ fn together(model: &Model, observation: &Observation, solution: &Solution) -> Ve
     out
 }
 
-/// The direction v of least |W v|, where the condition number is large.
+/// A sentence on the direction v of least |W v|, where the condition number is large.
 fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Option<String> {
     let (ratio, direction) =
         solution.weak.first().filter(|_| solution.condition_number > REMARKABLE_CONDITION_NUMBER)?;
@@ -114,7 +118,7 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// Rows that were left out because the joint stands still.
+/// A sentence on rows that were left out because the joint stands still.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -123,7 +127,7 @@ fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     })
 }
 
-/// Angles beyond what an arm turns.
+/// Sentences on angles beyond [`LARGEST_ARM_ANGLE_RAD`].
 fn far(model: &Model, observation: &Observation) -> Vec<String> {
     let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
     let turning = coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k));
@@ -138,7 +142,7 @@ fn far(model: &Model, observation: &Observation) -> Vec<String> {
     far.map(sentence).collect()
 }
 
-/// Joints that hardly move.
+/// Sentences on joints that hardly move.
 fn hardly_moving(model: &Model, observation: &Observation) -> Vec<String> {
     let still = little_motion(model, observation);
     let sentence = |(k, &(low, high)): (usize, &(f64, f64))| {
@@ -153,11 +157,11 @@ fn hardly_moving(model: &Model, observation: &Observation) -> Vec<String> {
     observation.range.iter().enumerate().filter(|(k, _)| still[*k]).map(sentence).collect()
 }
 
-/// The parameters that make up a direction, the largest first, at most six.
+/// The parameters with the largest entries of a direction, the largest first.
 fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
-    let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > 0.05).collect();
+    let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > SMALLEST_NAMED_ENTRY).collect();
     members.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
-    members.truncate(6);
+    members.truncate(MAX_NAMED_MEMBERS);
     members
 }
 
@@ -166,7 +170,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// Names the joints whose little motion explains why some parameters are badly known.
+/// A clause with the joints of some parameters whose range of motion is small; empty where no range is.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

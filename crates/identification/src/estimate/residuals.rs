@@ -1,10 +1,10 @@
-//! The residuals of a model by joint: the torque that it leaves unexplained.
+//! The residuals of a model by joint.
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints. |tau_j| is the
-//! torque as measured, also where springs and scales were taken out of it.
+//! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total is over the rows of all joints. tau_j is the
+//! measured torque, also where the transmission removed springs and scales from it.
 //!
-//! N m and N are not added: where some joints turn and others slide, the square of the total is the mean of the squares of
-//! both kinds, each weighted by its rows.
+//! N m and N are not added: with revolute and prismatic joints, the square of the total is the mean of the squares of both
+//! kinds, weighted by their rows.
 
 use std::fmt;
 
@@ -15,27 +15,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimators::weighted::relative;
 
-/// The residual of one joint: the torque that the model leaves unexplained.
+/// The residual of one joint: the torque that the model does not explain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointResidual {
     /// Name of the coordinate.
     pub coordinate: String,
     /// Root mean square, in `unit`.
     pub rms: f64,
-    /// N m, or N for a joint that slides.
+    /// N m, or N for a prismatic joint.
     #[serde(default = "torque")]
     pub unit: Unit,
     /// |tau_j - W_j X| / |tau_j|.
     pub relative: f64,
     /// Rows of the joint.
     pub rows: usize,
-    /// `relative` on tenths of the record predicted from the others.
+    /// `relative` on tenths of the record, each predicted from the others.
     #[serde(default)]
     pub held_out: Option<f64>,
     /// Frequency below which 95 % of the energy of the velocity lies, Hz.
     #[serde(default)]
     pub f95: Option<f64>,
-    /// Time after which the residual no longer resembles itself, s (`estimate::autocorrelation`).
+    /// Autocorrelation time of the residual, s (`estimate::autocorrelation`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory: Option<f64>,
 }
@@ -44,35 +44,35 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Squares of the torque as measured and of its residual, and the number of rows behind them.
+/// Sums of squares of the measured torque and of its residual, and the number of rows behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
-    /// |tau_j|^2.
+    /// |tau_j|^2, (N m)^2 or N^2.
     pub torque: f64,
-    /// Square of what is left of it.
-    pub left: f64,
+    /// Squared residual |tau_j - W_j X|^2, in the same unit.
+    pub residual: f64,
     /// Rows of the joint.
     pub rows: usize,
 }
 
 impl Squares {
-    /// Adds a row of this torque and residual.
+    /// Adds a row with this torque and residual, N m (N).
     pub(crate) fn add(&mut self, torque: f64, left: f64) {
         self.torque += torque * torque;
-        self.left += left * left;
+        self.residual += left * left;
         self.rows += 1;
     }
 
-    /// With those of other rows.
+    /// The sums over these rows and other rows.
     pub(crate) fn with(self, other: &Squares) -> Squares {
-        let Squares { torque, left, rows } = *other;
-        Squares { torque: self.torque + torque, left: self.left + left, rows: self.rows + rows }
+        let Squares { torque, residual: left, rows } = *other;
+        Squares { torque: self.torque + torque, residual: self.residual + left, rows: self.rows + rows }
     }
 
-    /// Of rows of joint j, from those of the torque without its scale.
+    /// The squares of rows of joint j, from squares of torques without the scale of the joint.
     pub(crate) fn of(model: &Model, j: usize, rows: usize, torque: f64, left: f64) -> Squares {
         let square = model.scale(j).powi(2);
-        Squares { torque: square * torque, left: square * left, rows }
+        Squares { torque: square * torque, residual: square * left, rows }
     }
 }
 
@@ -88,13 +88,13 @@ pub struct Residuals {
 }
 
 impl Residuals {
-    /// From the squares of each coordinate of the regressor.
+    /// Residuals from the squares of each coordinate of the regressor.
     pub fn new(regressor: &dyn Regressor, squares: Vec<Squares>) -> Residuals {
         let joint = |(j, s): (usize, &Squares)| JointResidual {
             coordinate: regressor.coordinates()[j].clone(),
-            rms: (s.left / s.rows.max(1) as f64).sqrt(),
+            rms: (s.residual / s.rows.max(1) as f64).sqrt(),
             unit: Unit::TORQUE.along(regressor.is_prismatic(j)),
-            relative: relative(s.torque, s.left),
+            relative: relative(s.torque, s.residual),
             rows: s.rows,
             held_out: None,
             f95: None,
@@ -105,7 +105,7 @@ impl Residuals {
     }
 }
 
-/// |tau - W X| / |tau| over joints of one unit; the root of the mean of its squares, by rows, over those of two.
+/// |tau - W X| / |tau| over joints of one unit; with two units, the root of the mean square of both, weighted by rows.
 fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
     let of = |unit: Unit| {
         let own = joints.iter().zip(squares).filter(|(joint, _)| joint.unit == unit).map(|(_, squares)| squares);
@@ -113,7 +113,7 @@ fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
     };
     let kinds = [false, true].map(|slides| of(Unit::TORQUE.along(slides))).into_iter().filter(|kind| kind.rows > 0);
     let kinds: Vec<Squares> = kinds.collect();
-    let error = |kind: &Squares| relative(kind.torque, kind.left);
+    let error = |kind: &Squares| relative(kind.torque, kind.residual);
     match kinds.as_slice() {
         [one] => error(one),
         _ => {
@@ -130,7 +130,7 @@ impl fmt::Display for Residuals {
     }
 }
 
-/// Writes the table of joints; `held_out` is the error of all joints on the parts left out, where it is known.
+/// Writes the table of joints; `held_out`: error of cross-validation over all joints, where known.
 pub(crate) fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],
@@ -141,7 +141,7 @@ pub(crate) fn write_residuals(
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
     let frequencies = joints.iter().any(|j| j.f95.is_some());
-    // One unit stands in the head of the column, two stand behind the numbers.
+    // A common unit is written in the head of the column, different units behind the numbers.
     let head = joints.first().map_or(Unit::TORQUE, |j| j.unit);
     let mixed = joints.iter().any(|j| j.unit != head);
     let unit = |unit: Unit| if mixed { format!(" {unit:<3}") } else { String::new() };
@@ -166,18 +166,21 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
 
-    /// A joint that slides has its numbers in N: told in mN they change nothing of the total.
+    /// The total does not depend on the unit of force: the force of a prismatic joint in mN gives the same total.
     #[test]
     fn the_total_has_no_unit() {
         let turns = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints.swap_remove(0);
         let slides = JointResidual { unit: Unit::TORQUE.along(true), ..turns.clone() };
         let squares = |scale: f64| {
-            [Squares { torque: 100.0, left: 4.0, rows: 30 }, Squares { torque: scale, left: 0.25 * scale, rows: 10 }]
+            [
+                Squares { torque: 100.0, residual: 4.0, rows: 30 },
+                Squares { torque: scale, residual: 0.25 * scale, rows: 10 },
+            ]
         };
         let mixed = [1.0, 1e6].map(|scale| total(&[turns.clone(), slides.clone()], &squares(scale)));
         let expected = (0.75_f64 * 0.04 + 0.25 * 0.25).sqrt();
         assert!(mixed.iter().all(|total| (total - expected).abs() < 1e-15), "{mixed:?} {expected}");
-        // Two joints of one unit are one.
+        // Two joints of one unit are summed as one.
         assert_eq!(total(&[turns.clone(), turns], &squares(100.0)), (29.0_f64 / 200.0).sqrt());
         assert_eq!(total(&[], &[]), 0.0);
     }

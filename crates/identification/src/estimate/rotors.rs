@@ -1,6 +1,6 @@
-//! Tells whether rotor inertias that the model lacks would predict better.
+//! Cross-validation with and without the rotor inertias that a model lacks.
 //!
-//! The rows with the columns of rotors contain those without, so one pass over the records gives both.
+//! The rows with the columns of rotors contain the rows without them, so one pass over the records gives both.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -9,7 +9,7 @@ use logs::Error;
 
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::options::Options;
-use crate::rows::observation::{Beside, Observation};
+use crate::rows::observation::{Observation, SinglePass};
 use crate::signals::records::Records;
 
 /// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
@@ -19,13 +19,13 @@ pub struct WithRotors {
 }
 
 impl WithRotors {
-    /// Friction with the added columns; `None` where they are there already.
+    /// Friction terms with rotor inertias added; `None` where the options have them already.
     fn wider(options: &Options) -> Option<Vec<FrictionTerm>> {
         let is_there = options.friction.contains(&FrictionTerm::Rotor);
         (!is_there).then(|| options.friction.iter().copied().chain([FrictionTerm::Rotor]).collect())
     }
 
-    /// `None` where the model has the columns already.
+    /// The rows of records with rotor columns; `None` where the model has these columns already.
     ///
     /// Fails when there is no record, or when one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
@@ -38,18 +38,18 @@ impl WithRotors {
         Ok(Some(WithRotors { friction, observation }))
     }
 
-    /// Makes the rows of records that somebody else goes through, as [`Observation::beside`]; `None` where the model has
-    /// the columns already, and nothing is gone through.
+    /// Computes the rows in the pass over the records that `look` makes, as [`Observation::in_one_pass`]; `None`, without
+    /// a pass, where the model has the columns already.
     ///
-    /// Fails as `look` does.
-    pub fn beside<R: Records + ?Sized, T, E: From<Error>>(
+    /// Fails where `look` fails.
+    pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
         regressor: &dyn Regressor,
         records: &R,
         options: &Options,
-        look: impl FnOnce(&Beside<R>) -> Result<T, E>,
+        look: impl FnOnce(&SinglePass<R>) -> Result<T, E>,
     ) -> Result<Option<(T, Option<WithRotors>)>, E> {
         let Some(friction) = WithRotors::wider(options) else { return Ok(None) };
-        let (found, rows) = Observation::beside(&options.linear_model_with(regressor, &friction), records, look)?;
+        let (found, rows) = Observation::in_one_pass(&options.linear_model_with(regressor, &friction), records, look)?;
         Ok(Some((found, rows.map(|observation| WithRotors { friction, observation }))))
     }
 
@@ -62,7 +62,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Error on tenths left out, without the added columns and with them.
+    /// Relative errors of cross-validation by tenths, without the added columns and with them.
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));

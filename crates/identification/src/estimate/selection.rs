@@ -1,8 +1,8 @@
-//! The friction model, chosen by prediction, with the evidence.
+//! Choice of the friction model by cross-validation.
 //!
-//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted from the rest. The
-//! smallest model whose error is within 1 % of the best is taken. More columns always fit better, but seldom predict
-//! better.
+//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted from the others. The
+//! smallest model whose error is within 1 % of the smallest error is taken. More columns always reduce the residual of the
+//! fit, but seldom the error of prediction.
 
 use std::fmt;
 
@@ -18,12 +18,12 @@ use crate::rows::observation::Observation;
 use crate::signals::preparation::Preparation;
 use crate::signals::records::Records;
 
-/// One friction model and what it reached.
+/// One friction model and its errors.
 #[derive(Clone, Debug)]
 pub struct FrictionCandidate {
     /// Friction columns of every joint.
     pub terms: Vec<FrictionTerm>,
-    /// Columns of all joints.
+    /// Number of columns of all joints.
     pub columns: usize,
     /// |tau - W X| / |tau| on the rows it was fitted to.
     pub fitted: f64,
@@ -31,32 +31,35 @@ pub struct FrictionCandidate {
     pub predicted: Residuals,
 }
 
-/// The candidates, and the one to take.
+/// The candidates and the chosen one.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
-    /// All that were tried, in the order given.
+    /// All candidates, in the order given.
     pub candidates: Vec<FrictionCandidate>,
-    /// Index of the one that is used.
+    /// Index of the chosen candidate.
     pub chosen: usize,
 }
 
-/// Ratio to the best error up to which another is as good.
+/// Errors up to this ratio to the smallest error count as equal.
 const EQUIVALENT_ERROR_RATIO: f64 = 1.01;
 
-/// The customary candidates, with speeds as shares of `fastest`, the speed of the fastest joint, rad/s.
+/// Speeds of smooth Coulomb and Stribeck friction, as shares of the speed of the fastest joint.
+const FRICTION_SPEED_SHARES: [f64; 4] = [0.003, 0.01, 0.03, 0.1];
+
+/// The default candidates, with speeds as shares of `fastest`, the speed of the fastest joint, rad/s (m/s).
 ///
-/// Load-dependent friction is not among them, because its column is made of the torque to be predicted.
+/// Load-dependent friction is not among them, because its column contains the torque to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
-    for share in [0.003, 0.01, 0.03, 0.1] {
+    for share in FRICTION_SPEED_SHARES {
         out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
         out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);
     }
     out
 }
 
-/// The preparation of records that hold the columns of every candidate.
+/// The preparation of records that contain the signals for the columns of every candidate.
 pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Preparation {
     let mut preparation = options.preparation();
     for &term in candidates.iter().flatten().filter(|term| term.is_bent()) {
@@ -67,7 +70,7 @@ pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Prepa
     preparation
 }
 
-/// Compares friction models on records that [`preparation`] made, with everything else as in `options`.
+/// Compares friction models on records that [`preparation`] made; other options come from `options`.
 ///
 /// Fails when a record cannot be read, and without candidates.
 pub fn select_friction<R: Records + ?Sized>(

@@ -1,11 +1,11 @@
-//! Times at which the residual of a joint stands out: a contact, a push, something that is not the robot.
+//! Outliers in time of the residual of a joint: a contact, a push, or another external force.
 //!
-//! With e the residual of a joint and m its moving mean over `WINDOW_S`, the scale of m is its median size,
+//! With e the residual of a joint and m its moving mean over `WINDOW_S`, the scale s of m is its median absolute value,
 //! ```text
-//! s = median |m| / 0.6745        m stands out where |m| > STANDING_OUT s
+//! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks stands out at every reversal. So only a joint whose residual stands out at a few times, and
-//! for a small part of the log, is named.
+//! Friction that the model lacks stands out at every reversal. So a joint is named only where its residual stands out in a
+//! few intervals, and for a small share of the log.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -15,23 +15,23 @@ use numerics::vector::dot;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// A time at which the residual of a joint stands out.
+/// An interval in which the residual of a joint stands out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandingOut {
     /// The coordinate.
     pub joint: usize,
     /// Which of the logs, from 0.
     pub log: usize,
-    /// s, by the clock of the log.
+    /// Start of the interval, s, by the clock of the log.
     pub from: f64,
-    /// s.
+    /// End of the interval, s, by the clock of the log.
     pub to: f64,
-    /// Its largest moving mean over the median size of the moving mean.
+    /// Largest |m| of the interval over the scale s.
     pub ratio: f64,
 }
 
 impl StandingOut {
-    /// In words; `joint`: its name, `log`: that of the log where there are several.
+    /// A sentence on the interval; `joint`: name of the joint, `log`: name of the log where there are several.
     pub fn statement(&self, joint: &str, log: Option<&str>) -> String {
         let StandingOut { from, to, ratio, .. } = self;
         let of_log = log.map_or(String::new(), |log| format!(" of {log}"));
@@ -44,20 +44,22 @@ impl StandingOut {
 
 /// Length of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
-/// A contact lasts longer than this, s. What a reversal leaves stands out as long as the window is.
-const LEAST_S: f64 = 1.5 * WINDOW_S;
-/// Samples of a window, at least.
-const WINDOW_SAMPLES: usize = 5;
-/// A mean stands out beyond so many times its scale. Of normal numbers none of 10^9 does.
-const STANDING_OUT: f64 = 6.0;
-/// Median size of a normal number of deviation 1.
+/// Least duration of a contact, s. The residual of a reversal stands out for the length of the window.
+const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
+/// Least number of samples in a window.
+const LEAST_WINDOW_SAMPLES: usize = 5;
+/// Least number of samples of a record, in half windows.
+const LEAST_RECORD_HALF_WINDOWS: usize = 20;
+/// A moving mean stands out beyond this many scales s. A normal variable does so once in 5e8 draws.
+const OUTLIER_SCALES: f64 = 6.0;
+/// Median absolute value of a standard normal variable.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
-/// More times than these are no events.
-const MOST_TIMES: usize = 2;
-/// Nor is what takes more than this share of the log.
-const LARGEST_SHARE: f64 = 0.3;
+/// Largest number of intervals; more of them are a defect of the model.
+const MOST_INTERVALS: usize = 2;
+/// Largest total duration of the intervals, as a share of the log.
+const LARGEST_LOG_SHARE: f64 = 0.3;
 
-/// The times at which residuals of the parameters x stand out, that of the largest ratio first.
+/// The intervals in which residuals of the parameters x stand out, the largest ratio first.
 ///
 /// Fails when a record cannot be read.
 pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<StandingOut>, Error> {
@@ -86,11 +88,12 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
     Ok(found)
 }
 
-/// From where to where the residual of one joint stands out in one record, with its ratio.
+/// The intervals (from s, to s, ratio) in which the residual of one joint stands out in one record; empty where there are
+/// too many of them.
 fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;
-    if 2 * half + 1 < WINDOW_SAMPLES || states.len() < 20 * half {
+    if 2 * half + 1 < LEAST_WINDOW_SAMPLES || states.len() < LEAST_RECORD_HALF_WINDOWS * half {
         return Vec::new();
     }
     let mean = |r: usize| {
@@ -101,9 +104,10 @@ fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
     let mut sizes: Vec<f64> = means.iter().map(|m| m.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let scale = sizes[sizes.len() / 2] / MEDIAN_OF_NORMAL;
+    // Outliers at most one window apart belong to one interval.
     let mut found: Vec<(f64, f64, f64)> = Vec::new();
     let mut before = None;
-    for (k, m) in means.iter().enumerate().filter(|(_, m)| m.abs() > STANDING_OUT * scale) {
+    for (k, m) in means.iter().enumerate().filter(|(_, m)| m.abs() > OUTLIER_SCALES * scale) {
         let (t, ratio) = (states.t[k + half], m.abs() / scale);
         match found.last_mut() {
             Some(last) if before.is_some_and(|before| k - before <= 2 * half) => {
@@ -113,9 +117,9 @@ fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
         }
         before = Some(k);
     }
-    found.retain(|(from, to, _)| to - from > LEAST_S);
+    found.retain(|(from, to, _)| to - from > LEAST_CONTACT_S);
     let long: f64 = found.iter().map(|(from, to, _)| to - from).sum();
-    let are_events = found.len() <= MOST_TIMES && long < LARGEST_SHARE * (last - first);
+    let are_events = found.len() <= MOST_INTERVALS && long < LARGEST_LOG_SHARE * (last - first);
     if are_events { found } else { Vec::new() }
 }
 
@@ -138,9 +142,9 @@ mod tests {
         let [(found_from, found_to, ratio)] = times(&states, &pushed)[..] else {
             panic!("{:?}", times(&states, &pushed))
         };
-        // The window reaches half of its length to both sides.
+        // The window extends by half of its length to both sides.
         assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
-        assert!(ratio > STANDING_OUT);
+        assert!(ratio > OUTLIER_SCALES);
         let reversals: Vec<f64> =
             noise.iter().zip(&states.t).map(|(e, t)| e + if t.rem_euclid(2.0) < 0.3 { 0.2 } else { 0.0 }).collect();
         assert_eq!(times(&states, &reversals), []);

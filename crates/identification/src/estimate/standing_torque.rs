@@ -1,7 +1,8 @@
-//! Torques at rest, by which bodies are compared with those of a description.
+//! Torques at rest, by which identified bodies are compared with the nominal bodies of the description.
 //!
-//! A joint that slides along gravity carries the same weight everywhere, which no motion tells from an offset of its drive: the
-//! force at rest is told, and its mass is not. A file of bodies has no offset, so all of that force counts as weight there.
+//! A joint that slides along gravity carries the same weight everywhere. No motion separates that weight from an offset of
+//! the drive: the force at rest is identifiable, the mass is not. A file of bodies has no offset, so all of that force
+//! counts as weight there.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
@@ -10,19 +11,19 @@ use random::Random;
 
 use crate::estimate::residuals::JointResidual;
 
-/// Poses at which torques are compared.
-const POSES: usize = 40;
-/// Rounding of a row, as a share of its largest entry.
-const ROUNDING: f64 = 1e-9;
-/// Share of the torque at rest by which bodies may be farther than the description.
-const COUNTED_SHARE: f64 = 0.01;
+/// Number of poses at which torques are compared.
+const COMPARED_POSES: usize = 40;
+/// Rounding error of the entries of a row, as a share of its largest entry.
+const ROW_ROUNDING_SHARE: f64 = 1e-9;
+/// Share of the torque at rest by which the error of the bodies may exceed the error of the description.
+const TOLERATED_TORQUE_SHARE: f64 = 0.01;
 
-/// By coordinate, its rows of the base parameters at rest, at poses within this range.
+/// By coordinate, the rows of its torque at rest for the base parameters, at random poses within `range`, rad (m).
 fn rows_at_rest(regressor: &dyn Regressor, range: &[(f64, f64)]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let (mut random, rest, mut y) = (Random::new(9), vec![0.0; n], vec![0.0; n * p]);
-    let mut rows = vec![Vec::with_capacity(POSES); n];
-    for _ in 0..POSES {
+    let mut rows = vec![Vec::with_capacity(COMPARED_POSES); n];
+    for _ in 0..COMPARED_POSES {
         let q: Vec<f64> = range.iter().map(|(low, high)| random.between(*low, *high)).collect();
         regressor.fill(&q, &rest, &rest, &mut y);
         rows.iter_mut().zip(y.chunks(p.max(1))).for_each(|(rows, y)| rows.push(y.to_vec()));
@@ -37,12 +38,14 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
     let joint = *parameter.coordinates.first().filter(|_| is_offset)?;
     let rows = &rows_at_rest(model.regressor, &vec![(-1.0, 1.0); model.n()])[joint];
     let largest = rows[0].iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let is_same = |row: &Vec<f64>| rows[0].iter().zip(row).all(|(a, b)| (a - b).abs() <= ROUNDING * largest);
+    let is_same = |row: &Vec<f64>| rows[0].iter().zip(row).all(|(a, b)| (a - b).abs() <= ROW_ROUNDING_SHARE * largest);
     (largest > 0.0 && rows.iter().all(is_same)).then_some(joint)
 }
 
-/// Why bodies are not to be used: at rest some joint's torque by them is farther from that of the fit `x` than that by the
-/// description, and by more than the fit leaves of it. `range`: where the joints were seen; `left`: what the fit leaves of each.
+/// Why bodies are not to be used; `None` where nothing speaks against them.
+///
+/// They are not, where the torque of a joint at rest differs from the fit `x` by more with the bodies than with the
+/// description, and by more than the rms residual of the fit. `range`: positions in the logs, rad (m); `left`: residuals.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],
@@ -60,10 +63,10 @@ pub fn farther_at_rest(
     joints.find_map(|((joint, rows), offset)| {
         let root = |of: &[f64]| {
             let square = |row: &Vec<f64>| (torque(row, x) + offset - torque(row, of)).powi(2);
-            (rows.iter().map(square).sum::<f64>() / POSES as f64).sqrt()
+            (rows.iter().map(square).sum::<f64>() / COMPARED_POSES as f64).sqrt()
         };
         let (by_bodies, by_description, whole) = (root(bodies), root(described), root(&[]));
-        (by_bodies > by_description + COUNTED_SHARE * whole && by_bodies > joint.rms).then(|| {
+        (by_bodies > by_description + TOLERATED_TORQUE_SHARE * whole && by_bodies > joint.rms).then(|| {
             let name = &joint.coordinate;
             format!(
                 "at rest the torque of {name} by these bodies is farther from the log ({by_bodies:.2}) than by the description \

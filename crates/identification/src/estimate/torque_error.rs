@@ -1,22 +1,22 @@
-//! How wrong the torques may be that an estimate predicts, by its covariance, for what torques are used for.
+//! The error of the torques that an estimate predicts, from its covariance, for each use of torques.
 //!
-//! At states spread over what a use asks for, with y_j the row of joint j and C the covariance of the parameters,
+//! At random states of a use, with y_j the row of joint j and C the covariance of the parameters,
 //!
 //! ```text
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
-//! Both are of the torque as it is measured: t_j with a known spring, both times a known scale.
+//! Both refer to the measured torque: t_j includes a known spring, and both are multiplied by a known scale.
 //!
-//! N m and N are not added: of a robot that turns and slides, e is the larger of both.
+//! N m and N are not added: for a robot with revolute and prismatic joints, e is the larger of the two errors.
 //!
-//! A use is one motion and not all of them: where a motion happens to need little torque, the same error is a larger share of
-//! it. So the states of a motion lie within half of each joint's range, somewhere in it, e is that of each of some twenty
-//! motions, and what nine of ten motions do not exceed counts.
+//! A motion that needs little torque has a larger relative error than the mean of all motions. So about twenty motions are
+//! drawn. The states of a motion lie within half of each joint's range, at a random place in it. The result is the
+//! 90 % quantile of e over the motions.
 //!
-//! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
-//! larger of that torque and `MOVING_SHARE` of the torque of motion, since a vertical axis has none to be compared with.
+//! Gravity compensation needs gravity alone, at rest, without friction. Its error is compared with the larger of that
+//! torque and `GRAVITY_REFERENCE_SHARE` of the torque of motion, since gravity makes no torque about a vertical axis.
 //!
-//! e, t: N m (N). Not here: errors of the model, which no covariance holds.
+//! e_j, t_j: N m (N); e: relative. Not here: errors of the model, which no covariance contains.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
@@ -30,19 +30,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Use {
-    /// Torques that hold the robot at rest, anywhere within its limits.
+    /// Torques that hold the robot at rest, at any position within its limits.
     Gravity,
-    /// Motion anywhere within its limits, as fast as it was seen.
+    /// Motion at any position within its limits, up to the speeds of the logs.
     SpeedsSeen,
-    /// Motion anywhere within its limits, up to its speed limits.
+    /// Motion at any position within its limits, up to its speed limits.
     SpeedLimits,
 }
 
 impl Use {
-    /// All of them.
+    /// All uses.
     pub const ALL: [Use; 3] = [Use::Gravity, Use::SpeedsSeen, Use::SpeedLimits];
 
-    /// Its name.
+    /// Name of the use in reports.
     pub fn name(self) -> &'static str {
         match self {
             Use::Gravity => "gravity compensation",
@@ -52,7 +52,7 @@ impl Use {
     }
 }
 
-/// Where a robot moves, one entry per coordinate.
+/// Ranges of position, speed and acceleration of a robot, one entry per coordinate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionRange {
     /// Smallest and largest position, rad (m).
@@ -63,7 +63,7 @@ pub struct MotionRange {
     pub acceleration: Vec<f64>,
 }
 
-/// The error and the size of one joint's torque.
+/// The rms error and the rms torque of one joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
@@ -82,67 +82,71 @@ pub struct TorqueError {
     pub of: Use,
     /// One per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Over all joints, relative; the larger one of those that turn and those that slide. Nine of ten motions have no more.
+    /// Relative error over all joints, 90 % quantile over motions; the larger of revolute and prismatic joints.
     pub relative: f64,
-    /// The same at positions between the smallest and the largest of the logs, for a use that asks for farther ones, where `relative` is
-    /// more than `SURE_TORQUE` and this is less than half of it.
+    /// Relative error at positions between the smallest and the largest of the logs. Present where the use needs positions
+    /// beyond, `relative` exceeds `SURE_TORQUE`, and this error is less than half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
 
-/// Relative error up to which a torque is sure.
+/// Relative error up to which a torque counts as accurate.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
 
-/// Share of the torque of motion that gravity is compared with, where gravity is less.
-const MOVING_SHARE: f64 = 0.3;
+/// Share of the torque of motion with which the error of gravity is compared, where gravity is smaller.
+const GRAVITY_REFERENCE_SHARE: f64 = 0.3;
 
-/// Most states, and products of an entry of C with two of a row; fewer states are enough where there are many parameters.
+/// Largest number of states of a use.
 const MOST_STATES: usize = 200;
+/// Largest number of products of an entry of C with two of a row; it limits the states where there are many parameters.
 const MOST_PRODUCTS: usize = 20_000_000;
+/// Smallest number of states of a use.
 const FEWEST_STATES: usize = 30;
-/// Of which so many are of one motion.
-const MOTION_STATES: usize = 10;
-/// Share of each joint's range that a motion goes through.
+/// Number of states of one motion.
+const STATES_PER_MOTION: usize = 10;
+/// Share of each joint's range that one motion covers.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// A change shows in a torque where its parts leave more than this share of themselves, and more than this torque, N m (N);
-/// the rest is rounding.
+/// A change shows in a torque where the sum of its terms exceeds this share of the sum of their magnitudes, and that sum
+/// this torque, N m (N); a smaller sum is rounding.
 const SHOWN_SHARE: f64 = 1e-6;
-/// Share of the motions whose torque is as sure as is said.
-const COUNTED_MOTIONS_SHARE: f64 = 0.9;
+/// Quantile over motions of the relative error that is reported.
+const REPORTED_QUANTILE: f64 = 0.9;
+/// The error within the positions of the logs is reported where it is below this share of the error within the limits.
+const NEAR_ERROR_SHARE: f64 = 0.5;
 
 impl TorqueError {
-    /// The joint whose torque is least sure, relative to itself, and how unsure that is.
+    /// The joint with the largest error relative to its torque, and that relative error.
     pub fn worst(&self) -> Option<(&str, f64)> {
         let known = self.joints.iter().filter(|j| j.torque > 0.0 && j.error.is_finite());
         let of = |j: &JointTorqueError| j.error / j.torque;
         known.max_by(|a, b| of(a).total_cmp(&of(b))).map(|j| (j.coordinate.as_str(), of(j)))
     }
 
-    /// The joints whose torque is not told.
-    pub(crate) fn untold(&self) -> Vec<&str> {
+    /// The joints whose torque the data do not determine.
+    pub(crate) fn undetermined_joints(&self) -> Vec<&str> {
         self.joints.iter().filter(|j| !j.error.is_finite()).map(|j| j.coordinate.as_str()).collect()
     }
 }
 
-/// How wrong parameters may be.
+/// The errors of parameters that count in the error of a torque.
 #[derive(Clone, Copy, Debug)]
-pub struct Unsure<'a> {
-    /// C, row by row.
+pub struct ErrorContributions<'a> {
+    /// Covariance C of the parameters, row by row.
     pub covariance: &'a [Vec<f64>],
-    /// What may change all of them beside that, one change at a time: of each torque the one counts that changes it most.
+    /// Further possible changes of all parameters. For each torque the change counts that moves it most.
     pub changes: &'a [Vec<f64>],
-    /// By how much each of several logs moves all of them: what they say together of a torque counts where it is more than C says.
+    /// The change of all parameters by each log. Their sum of squares counts for a torque where it exceeds the variance by C.
     pub logs: &'a [Vec<f64>],
-    /// Changes of all of them of which the logs say nothing: a torque that shows one is not told at all.
+    /// Changes of all parameters that the logs do not determine: a torque that shows one has an infinite error.
     pub open: &'a [Vec<f64>],
 }
 
-/// The error for every use; `unsure`: the parameters `x` of the model. `seen`: where the logs moved, `limits`: where the
-/// robot may.
+/// The error of predicted torques for every use. `unsure`: errors of the parameters `x` of the model; `seen`: ranges of
+/// the logs, `limits`: ranges of the robot.
 pub fn torque_errors(
     model: &Model,
     x: &[f64],
-    unsure: Unsure,
+    unsure: ErrorContributions,
     seen: &MotionRange,
     limits: &MotionRange,
 ) -> Vec<TorqueError> {
@@ -155,17 +159,22 @@ pub fn torque_errors(
         }
         let near = near.get_or_insert_with(|| errors_within(model, x, unsure, [seen.clone(), narrow(limits)]));
         let relative = near[k].relative;
-        TorqueError { within_seen: Some(relative).filter(|near| *near < 0.5 * error.relative), ..error }
+        TorqueError { within_seen: Some(relative).filter(|near| *near < NEAR_ERROR_SHARE * error.relative), ..error }
     };
     found.into_iter().enumerate().map(with_near).collect()
 }
 
-/// By use, at the speeds seen and at the speed limits.
-fn errors_within(model: &Model, x: &[f64], unsure: Unsure, [seen, limits]: [MotionRange; 2]) -> [TorqueError; 3] {
+/// The error of each use, at positions and rates within `seen` and within `limits`.
+fn errors_within(
+    model: &Model,
+    x: &[f64],
+    unsure: ErrorContributions,
+    [seen, limits]: [MotionRange; 2],
+) -> [TorqueError; 3] {
     let moving = sums(model, x, unsure, &seen, true);
     let mut at_rest = mean(&sums(model, x, unsure, &seen, false));
     for (at_rest, moving) in at_rest.iter_mut().zip(&mean(&moving)) {
-        at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
+        at_rest.1 = at_rest.1.max(GRAVITY_REFERENCE_SHARE * GRAVITY_REFERENCE_SHARE * moving.1);
     }
     [
         error(model, Use::Gravity, &[at_rest]),
@@ -174,7 +183,7 @@ fn errors_within(model: &Model, x: &[f64], unsure: Unsure, [seen, limits]: [Moti
     ]
 }
 
-/// How many independent columns of the model show in torques at states anywhere in this range: the rank that no log exceeds.
+/// The number of independent columns of the model at random states within `range`: the largest rank that a log can have.
 /// `x`: the base parameters that predict the load.
 pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     let p = model.p();
@@ -185,21 +194,28 @@ pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     solve(&rows.finish()).rank
 }
 
-/// By motion, e_j^2 and t_j^2 of each joint at its states; `moves`: whether they move, with friction.
-fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bool) -> Vec<Vec<(f64, f64)>> {
+/// By motion, the sums e_j^2 and t_j^2 of each joint, (N m)^2 or N^2; `moves`: whether the states move, with friction.
+fn sums(
+    model: &Model,
+    x: &[f64],
+    unsure: ErrorContributions,
+    range: &MotionRange,
+    moves: bool,
+) -> Vec<Vec<(f64, f64)>> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let count = (MOST_PRODUCTS / (n * p * p).max(1)).clamp(FEWEST_STATES, MOST_STATES);
     let mut states = random_states(model, range, count, moves);
     predict_load(model.regressor, &mut states, &x[..base]);
-    let mut sums = vec![vec![(0.0, 0.0); n]; count.div_ceil(MOTION_STATES)];
+    let mut sums = vec![vec![(0.0, 0.0); n]; count.div_ceil(STATES_PER_MOTION)];
     model.rows(&states, 0..count, |r, rows| {
-        let first = r / MOTION_STATES * MOTION_STATES;
-        let count = MOTION_STATES.min(count - first);
-        for (j, (row, sum)) in rows.chunks_exact_mut(p).zip(&mut sums[r / MOTION_STATES]).enumerate() {
+        let first = r / STATES_PER_MOTION * STATES_PER_MOTION;
+        let count = STATES_PER_MOTION.min(count - first);
+        for (j, (row, sum)) in rows.chunks_exact_mut(p).zip(&mut sums[r / STATES_PER_MOTION]).enumerate() {
             if !moves {
                 row[base..].fill(0.0);
             }
             let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
+            // e_j^2 = y_j C y_j', over the entries that are not zero.
             let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
             let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
             let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
@@ -209,7 +225,7 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            // As measured, with a scale and a spring that the transmission took out.
+            // The measured torque has the scale and the spring that the transmission took out.
             let weight = model.scale(j).powi(2) / count as f64;
             let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
             sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);
@@ -219,14 +235,14 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
     sums
 }
 
-/// The mean over motions.
+/// The mean over motions of e_j^2 and t_j^2, by joint.
 fn mean(motions: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
     let count = motions.len() as f64;
     let of = |k: usize| motions.iter().fold((0.0, 0.0), |sum, m| (sum.0 + m[k].0 / count, sum.1 + m[k].1 / count));
     (0..motions.first().map_or(0, Vec::len)).map(of).collect()
 }
 
-/// The error of a use by its motions.
+/// The error of a use from the sums of its motions.
 fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     let all = mean(motions);
     let named = model.regressor.coordinates().iter().zip(&all);
@@ -238,12 +254,12 @@ fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     let over = |sums: &[(f64, f64)], slides: bool| {
         let alike = (0..sums.len()).filter(|k| model.regressor.is_prismatic(*k) == slides);
         let (error, torque) = alike.fold((0.0, 0.0), |sum, k| (sum.0 + sums[k].0, sum.1 + sums[k].1));
-        // Joints that have no torque have none to be wrong by.
+        // Joints without torque have no error.
         if error > 0.0 { (error / torque).sqrt() } else { 0.0 }
     };
     let mut relative: Vec<f64> = motions.iter().map(|sums| over(sums, false).max(over(sums, true))).collect();
     relative.sort_by(f64::total_cmp);
-    let at = (COUNTED_MOTIONS_SHARE * relative.len() as f64) as usize;
+    let at = (REPORTED_QUANTILE * relative.len() as f64) as usize;
     let relative = relative.get(at.min(relative.len().saturating_sub(1))).copied().unwrap_or(0.0);
     TorqueError { of, joints: named.map(joint).collect(), relative, within_seen: None }
 }
@@ -253,12 +269,13 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
     let mut random = Random::new(1995);
     let mut states = States { n, ..States::default() };
     let mut middle = vec![0.0; n];
+    // Positions lie within half of MOTION_RANGE_SHARE of each range around the middle of their motion.
     for r in 0..count {
         states.t.push(r as f64);
         for k in 0..n {
             let (low, high) = range.position[k];
             let half = 0.5 * MOTION_RANGE_SHARE * (high - low);
-            if r % MOTION_STATES == 0 {
+            if r % STATES_PER_MOTION == 0 {
                 middle[k] = random.between(low + half, high - half);
             }
             states.q.push(middle[k] + random.between(-half, half));
@@ -289,7 +306,7 @@ mod tests {
         MotionRange { position: vec![(-3.0, 3.0)], speed: vec![speed], acceleration: vec![5.0 * speed] }
     }
 
-    /// The covariance of parameters of these deviations.
+    /// The covariance of uncorrelated parameters with these standard deviations.
     fn variances(sigma: &[f64]) -> Vec<Vec<f64>> {
         let square = |i: usize, j: usize| if i == j { sigma[i] * sigma[i] } else { 0.0 };
         (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| square(i, j)).collect()).collect()
@@ -302,7 +319,7 @@ mod tests {
         let x = [&arm.truth[..], &[0.4, 0.3, 0.0]].concat();
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
         let covariance = variances(&sigma);
-        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
+        let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
         for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
@@ -316,35 +333,35 @@ mod tests {
                 });
             }
             let drawn = (sum / count).sqrt();
-            // Four hundred draws of a few parameters: the variance scatters by a tenth.
+            // Two hundred draws of a few parameters: the variance scatters by a tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
-            // One motion in ten has less torque for the same error.
+            // The 90 % quantile over motions exceeds the mean, since some motions need less torque.
             let mean = one.joints[0].error / one.joints[0].torque;
             assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
-        // Gravity knows neither inertia nor friction.
+        // Torques of gravity depend neither on inertia nor on friction.
         let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
-        let only = Unsure { covariance: &only, changes: &[], logs: &[], open: &[] };
+        let only = ErrorContributions { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
-        // The faster, the more inertia counts.
+        // The share of inertia in the torque grows with the acceleration.
         let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
     }
 
-    /// g (MX cos q - MY sin q) with MY unknown: near q = 0, where the log was, the torque is sure, half a turn away it is not. Where it is
-    /// as unsure near the log, or sure everywhere, nothing is said of it.
+    /// g (MX cos q - MY sin q) with MY unknown: the torque is accurate near q = 0, where the log was, and not elsewhere. No
+    /// second error is reported where the torque is as inaccurate near the log, or accurate everywhere.
     #[test]
     fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
         let (arm, model) = pendulum();
         let seen = MotionRange { position: vec![(-0.05, 0.05)], ..range(1.0) };
         let of = |sigma: [f64; 3]| {
             let covariance = variances(&sigma);
-            let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
+            let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs: &[], open: &[] };
             torque_errors(&model, &arm.truth, unsure, &seen, &range(3.0)).swap_remove(0)
         };
         let of_weak = of([0.0, 0.0, 3.0 * arm.truth[1]]);
         let near = of_weak.within_seen.unwrap();
-        // sin q is 0.03 in the mean of such positions, some tenths of 1 in those of the limits.
+        // sin q is 0.03 in the mean at positions of the log, and some tenths at positions within the limits.
         assert!(of_weak.relative > 1.0 && near < 0.2, "{of_weak:?}");
         assert_eq!(of([0.0, 0.3 * arm.truth[1], 0.0]).within_seen, None);
         assert_eq!(of([0.0, 1e-3, 0.0]).within_seen, None);
@@ -356,7 +373,7 @@ mod tests {
         let (x, p) = (&arm.truth, model.p());
         let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
         let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
-        let unsure = Unsure { covariance: &covariance, changes: &changes, logs: &[], open: &[] };
+        let unsure = ErrorContributions { covariance: &covariance, changes: &changes, logs: &[], open: &[] };
         for one in &torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1..] {
             assert!((one.relative - 0.1).abs() < 1e-12, "{one:?}");
         }
@@ -366,10 +383,14 @@ mod tests {
     fn a_torque_that_shows_what_is_open_is_not_told() {
         let (arm, model) = pendulum();
         let (p, open) = (model.p(), [vec![1.0, 0.0, 0.0]]);
-        let unsure = Unsure { covariance: &vec![vec![0.0; p]; p], changes: &[], logs: &[], open: &open };
+        let unsure = ErrorContributions { covariance: &vec![vec![0.0; p]; p], changes: &[], logs: &[], open: &open };
         let found = torque_errors(&model, &arm.truth, unsure, &range(1.0), &range(3.0));
-        assert_eq!((found[0].relative, found[0].untold().len()), (0.0, 0));
-        assert!(found[1..].iter().all(|e| e.relative.is_infinite() && e.untold() == [arm.coordinates()[0].as_str()]));
+        assert_eq!((found[0].relative, found[0].undetermined_joints().len()), (0.0, 0));
+        assert!(
+            found[1..]
+                .iter()
+                .all(|e| e.relative.is_infinite() && e.undetermined_joints() == [arm.coordinates()[0].as_str()])
+        );
     }
 
     #[test]
@@ -380,14 +401,14 @@ mod tests {
         let by = |share: f64, logs: &[Vec<f64>]| {
             let row = |i: usize| (0..p).map(|j| share * share * x[i] * x[j]).collect::<Vec<f64>>();
             let covariance: Vec<Vec<f64>> = (0..p).map(row).collect();
-            let unsure = Unsure { covariance: &covariance, changes: &[], logs, open: &[] };
+            let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs, open: &[] };
             torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1].relative
         };
         let logs = [times(0.03), times(-0.04)];
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// Mass, rotor and offset of a lift are one column too few in any motion; mass and rotor alone are not.
+    /// The columns of mass, rotor and offset of a lift have rank 2 in any motion; mass and rotor alone have full rank.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
         // tau = m (ddq + g) + J ddq.
@@ -397,8 +418,8 @@ mod tests {
         assert_eq!((model.p(), shown_rank(&model, &[1.0, 0.1], &range)), (5, 4));
     }
 
-    /// A tenth of what turns is unsure. The force of a hundred times its size hides it no more; the torque of one hundredth
-    /// beside it, all of which is unsure, is hidden as before.
+    /// The large torque has an error of a tenth, the small one of 100 %, the force of 0.1 %. The force, a hundred times as
+    /// large in N, does not lower the error; the small torque hardly adds to it.
     #[test]
     fn torques_and_forces_are_not_added() {
         // tau_k = x_k ddq_k.
@@ -408,10 +429,10 @@ mod tests {
         });
         let (model, x, covariance) = (Model::new(&arm, &[], &[]), [1.0, 0.01, 100.0], variances(&[0.1, 0.01, 0.1]));
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
-        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
+        let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
-        // The joints have random accelerations of their own: a twentieth with 200 states.
+        // The joints have independent random accelerations: a scatter of a twentieth with 200 states.
         assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");
     }
 }

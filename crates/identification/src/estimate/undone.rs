@@ -1,33 +1,35 @@
-//! The options under which a log is read as if faults were undone, and how they are said.
+//! The options with which reading a log undoes faults, and their text.
 //!
 //! ```text
 //! q = R^-1 q_m + q_0        tau = R' tau_m / s
 //! ```
-//! A zero adds to q_0, a wrong scale multiplies s; signs and exchanges are a matter of which column is which signal. They act
-//! one after the other, as `passport::change` does them: a sign that changes behind a zero changes that too.
+//! A zero adds to q_0, rad (m), a wrong scale multiplies s; signs and exchanges change the names of columns. Faults are
+//! undone one after the other, as in `log_check::change`: a sign that changes after a zero also changes that zero.
 
-use logs::{ColumnNames, Names};
+use logs::{ColumnNames, NamePattern};
 
 use crate::estimate::hypothesis::Hypothesis::{self, *};
 use crate::estimate::hypothesis::OF_OPTIONS;
+use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
-use crate::estimate::passport::Change;
 
-/// Decimals of an angle in an option, as a power of ten: a hundredth of a degree.
-const ANGLE_DECIMALS: f64 = 1e4;
+/// Numbers of an option are rounded to 1 over this: four decimals, of an angle a hundredth of a degree.
+const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {
-    /// These options, under which each change is undone. `columns`: those that the log was read from; `turns`: which
-    /// coordinates are angles.
+    /// These options, changed so that they undo each change. `columns`: the columns from which the log was read; `turns`:
+    /// whether each coordinate is an angle.
     ///
-    /// `None` where no option undoes one of them.
+    /// `None` where no option undoes one of the changes.
     pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, turns: &[bool]) -> Option<Options> {
         let mut options = self.clone();
         changes.iter().all(|change| options.undo(change, columns, turns)).then_some(options)
     }
 
+    /// Changes these options so that they undo one change; false where no option does.
     fn undo(&mut self, change: &Change, columns: &ColumnNames, turns: &[bool]) -> bool {
         let (Change { of, size }, n) = (*change, turns.len());
+        // Signs and exchanges: rename the columns of the signals that the fault is in.
         let (motion, effort) = signals(of);
         if motion.contains(&true) || effort {
             let named = &mut self.columns;
@@ -44,14 +46,14 @@ impl Options {
             ];
             let all: Vec<_> = moved.chain(efforts.into_iter().filter(|_| effort)).collect();
             for (given, read) in all {
-                let Some(Names::Each(read)) = read else { continue };
+                let Some(NamePattern::Each(read)) = read else { continue };
                 if read.len() != n {
                     return false;
                 }
-                if !matches!(given, Some(Names::Each(_))) {
-                    *given = Some(Names::Each(read.clone()));
+                if !matches!(given, Some(NamePattern::Each(_))) {
+                    *given = Some(NamePattern::Each(read.clone()));
                 }
-                if let Some(Names::Each(names)) = given {
+                if let Some(NamePattern::Each(names)) = given {
                     change_names(of, names);
                 }
             }
@@ -64,7 +66,7 @@ impl Options {
                 transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
-            // A unit is that of all positions. A ratio is that of one joint, and is taken out of its torque again.
+            // The unit option holds for all positions. A ratio holds for one joint; the scale removes it from the torque.
             Degrees if turns.contains(&false) => {
                 let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
                 for list in [&mut transmission.ratios, &mut transmission.scales] {
@@ -84,23 +86,23 @@ impl Options {
         true
     }
 
-    /// The remedy that these are beside others: what they say more, as it goes into the file of options.
-    pub fn remedy_beside(&self, others: &Options) -> Option<String> {
-        self.beside(others).map(|said| format!("{OF_OPTIONS} {said}"))
+    /// The entries of these options that differ from `others`, as a remedy; `None` where none differs.
+    pub fn remedy_added_to(&self, others: &Options) -> Option<String> {
+        self.differences_from(others).map(|said| format!("{OF_OPTIONS} {said}"))
     }
 
-    /// What these say beside others, as the lines of a file of options; none where they say the same.
-    fn beside(&self, others: &Options) -> Option<String> {
+    /// The entries of these options that differ from `others`, as text of a file of options; `None` where none differs.
+    fn differences_from(&self, others: &Options) -> Option<String> {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
         let list = |key: &str, numbers: &Option<Vec<f64>>, other: &Option<Vec<f64>>| {
-            // Plus zero: -0 is 0.
-            let rounded = |x: &f64| ((x * ANGLE_DECIMALS).round() / ANGLE_DECIMALS + 0.0).to_string();
+            // Adding 0.0 turns -0 into 0.
+            let rounded = |x: &f64| ((x * OPTION_ROUNDING).round() / OPTION_ROUNDING + 0.0).to_string();
             let numbers = numbers.as_ref().filter(|_| numbers != other)?;
             Some(format!("{key}: [{}]", numbers.iter().map(rounded).collect::<Vec<_>>().join(", ")))
         };
-        let names = |key: &str, names: &Option<Names>, other: &Option<Names>| match names {
-            Some(Names::Each(each)) if names != other => {
+        let names = |key: &str, names: &Option<NamePattern>, other: &Option<NamePattern>| match names {
+            Some(NamePattern::Each(each)) if names != other => {
                 Some(format!("{key}: [{}]", each.iter().map(|name| scalar(name)).collect::<Vec<_>>().join(", ")))
             }
             _ => None,
@@ -148,7 +150,7 @@ impl Options {
     }
 }
 
-/// Which columns a fault is in: position, velocity and acceleration; and the torque.
+/// The columns that a fault concerns: position, velocity and acceleration; and the torque.
 fn signals(of: Hypothesis) -> ([bool; 3], bool) {
     match of {
         MotionSign(_) | SwappedMotions(..) => ([true; 3], false),
@@ -169,7 +171,7 @@ fn change_names(of: Hypothesis, names: &mut [String]) {
     }
 }
 
-/// A text as YAML has it within a list.
+/// A text as an entry of a YAML list, quoted where necessary.
 fn scalar(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_./- ^".contains(c);
     let begins = text.trim_start_matches('-').starts_with(|c: char| c.is_alphabetic() || c == '_');
@@ -184,12 +186,12 @@ mod tests {
     use super::*;
 
     fn columns() -> ColumnNames {
-        let each = |stem: &str| Some(Names::Each((1..=3).map(|k| format!("{stem}{k}")).collect()));
+        let each = |stem: &str| Some(NamePattern::Each((1..=3).map(|k| format!("{stem}{k}")).collect()));
         ColumnNames { position: each("q"), velocity: each("dq"), torque: each("tau"), ..ColumnNames::default() }
     }
 
     fn said(options: &Options, changes: &[Change]) -> Option<String> {
-        options.undoing(changes, &columns(), &[true; 3])?.beside(options)
+        options.undoing(changes, &columns(), &[true; 3])?.differences_from(options)
     }
 
     #[test]
@@ -226,7 +228,7 @@ mod tests {
         assert_eq!(said(&options, &[Change::of(GravityCompensated)]), None);
         let mixed = Options::default().undoing(&[Change::of(Degrees)], &columns(), &[true, false, true]).unwrap();
         let both = "transmission: {ratios: [57.2958, 1, 57.2958], scales: [57.2958, 1, 57.2958]}";
-        assert_eq!(mixed.beside(&Options::default()).unwrap(), both);
+        assert_eq!(mixed.differences_from(&Options::default()).unwrap(), both);
         assert_eq!(scalar("A1 [Nm]"), "'A1 [Nm]'");
         assert_eq!(scalar("-q_1"), "-q_1");
         assert_eq!(scalar("1"), "'1'");

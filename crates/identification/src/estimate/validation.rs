@@ -1,8 +1,8 @@
-//! The artefact of validation: how well an estimate predicts motions it was not made from.
+//! The artefact of validation: errors of an estimate on motions that were not used for it.
 
 use std::fmt;
 
-use linear_model::artefact::{self, Kind, Seal};
+use linear_model::artefact::{self, ArtefactKind, Checksum};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::artefact::not_zero;
 use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residuals};
 
-/// Prediction on motions that were not used.
+/// Errors of predicted torques on motions that were not used for the estimate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
-    /// The robot it is about.
+    /// The model of the robot.
     pub model: ModelReference,
-    /// How the predicting estimate was made.
+    /// The method of the predicting estimate, in words.
     pub method: String,
     /// Cut-off of the low-pass, Hz; `None` where there was none.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
@@ -29,61 +29,61 @@ pub struct Validation {
     pub total: f64,
     /// One per log, over all joints.
     pub motions: Vec<MotionValidation>,
-    /// Torques over time of the first motion, one picture per joint.
+    /// Torques over time of the first motion, one plot per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
-    /// Whether the file that it was read from is as rist wrote it.
+    /// Whether the checksum of its file matches.
     #[serde(skip)]
-    pub seal: Seal,
+    pub checksum: Checksum,
 }
 
-/// One joint over all motions.
+/// Errors of one joint over all motions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointValidation {
     /// Name of the coordinate.
     pub coordinate: String,
     /// |tau - tau_predicted| / |tau|.
     pub relative: f64,
-    /// The same without friction, where friction was fitted to these motions.
+    /// Relative error without friction, where friction was fitted to these motions.
     pub relative_rigid: Option<f64>,
     /// Root mean square of the residual, in `unit`.
     pub rms: f64,
-    /// N m, or N for a joint that slides.
+    /// N m, or N for a prismatic joint.
     pub unit: Unit,
-    /// Share of autocorrelations outside the 95 % band of white noise, where it was looked at.
+    /// Share of autocorrelations outside the 95 % band of white noise, where computed.
     pub not_white: Option<f64>,
     /// FVP FSP FVN FSN, where friction was fitted to these motions; N m s/rad and N m.
     #[serde(default)]
     pub friction: Vec<f64>,
 }
 
-/// One motion over all joints.
+/// Errors of one motion over all joints.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotionValidation {
     /// The log, as the user named it.
     pub name: String,
     /// |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// One per joint, where the motion was predicted with everything that the estimate has.
+    /// One per joint, where the motion was predicted with all parameters of the estimate, friction included.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }
 
-/// The torques of one joint over time, as figure 2 of the paper shows them: s and N m.
+/// The torques of one joint over time, for plots like figure 2 of the paper (`spectrum::paper`): s and N m (N).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorquePicture {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Instants, s.
+    /// Times of the samples, s.
     pub t: Vec<f64>,
-    /// N m (N), filtered.
+    /// Measured torque, N m (N), filtered.
     pub measured: Vec<f64>,
-    /// N m (N).
+    /// Predicted torque, N m (N).
     pub predicted: Vec<f64>,
 }
 
 impl Validation {
-    /// The validation of logs, by name, that an estimate from samples predicts with its own friction.
+    /// The validation on logs (name, residuals) that an estimate from samples predicts with its own friction.
     pub fn of_logs(
         model: ModelReference,
         method: &str,
@@ -91,7 +91,7 @@ impl Validation {
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
-        // The errors of a joint over all logs: the sums of squares add, the errors do not.
+        // Over all logs the sums of squares of a joint add; relative errors do not.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
@@ -121,27 +121,29 @@ impl Validation {
             total: whole.total,
             motions: logs.iter().map(motion).collect(),
             pictures: Vec::new(),
-            seal: Seal::Whole,
+            checksum: Checksum::Whole,
         }
     }
 
     /// The text of validation.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Validation, self.seal, self).map_err(Error::new)
+        artefact::write(ArtefactKind::Validation, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads validation.yaml; fails with the line that is not that of a validation.
+    /// Reads validation.yaml. Fails with the line that is not part of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
-        let validation: Validation = artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(Validation { seal: Seal::of(text), ..validation })
+        let validation: Validation =
+            artefact::read(ArtefactKind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(Validation { checksum: Checksum::of(text), ..validation })
     }
 }
 
 impl fmt::Display for Validation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(said) = self.seal.said() {
+        if let Some(said) = self.checksum.said() {
             writeln!(f, "{said}")?;
         }
+        // Estimates from samples: a table of joints for each log.
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
@@ -150,6 +152,7 @@ impl fmt::Display for Validation {
             }
             return Ok(());
         }
+        // Estimates from experiments: one table of joints over all motions.
         writeln!(
             f,
             "{}: {}, {} motions, {}",

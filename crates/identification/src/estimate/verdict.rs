@@ -1,21 +1,23 @@
-//! The verdict on an identification or a validation: for each use whether to trust it, why, and what to do next.
+//! The verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
 //!
-//! Everything it says is a claim ([`crate::estimate::ledger`]); trust follows from the worst claim that a use needs
-//! (`claims::worst`), and the answer over all uses is the lowest.
+//! All statements are claims ([`crate::estimate::claims`]). The trust for a use follows from the worst claim that the use
+//! needs (`claims::worst`). The overall trust is the lowest of all uses.
 
 use std::fmt;
 
-use claims::{Claim, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, lowering, worst};
+use claims::{Claim, EvidenceLevel, Outcome, Purpose, Remedy, Subject, Topic, Trial, lowering, worst};
 
 use crate::estimate::artefact::Estimate;
+pub use crate::estimate::claims::Prediction;
+use crate::estimate::claims::hypotheses::HypothesisTest;
+use crate::estimate::claims::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
+use crate::estimate::claims::purposes::{standing, undetermined_torques, where_it_stands};
+use crate::estimate::claims::{
+    TorqueContext, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs,
+};
 use crate::estimate::digits::percent;
 use crate::estimate::identified::{INTERVAL, Identified, Status};
-pub use crate::estimate::ledger::Prediction;
-use crate::estimate::ledger::hypotheses::Tested;
-use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
-use crate::estimate::ledger::purposes::{standing, untold_torques, where_it_stands};
-use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
-use crate::estimate::passport::Passport;
+use crate::estimate::log_check::LogCheck;
 use crate::estimate::topics::{
     BODIES, BODIES_TAKEN, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN,
     TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
@@ -27,86 +29,88 @@ pub use claims::Trust;
 /// The verdict, the last lines of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The lowest answer of all uses of torques.
+    /// The lowest trust of all uses of torques.
     pub trust: Trust,
-    /// What was found, beside the error of the description.
+    /// A sentence on the result, compared with the error of the description.
     pub found: String,
-    /// Why, the weightiest reason first.
+    /// The reasons, the most important first.
     pub reasons: Vec<String>,
-    /// What to do now.
+    /// The next step.
     pub next: String,
-    /// The answer for each use of torques, and for bodies where they were asked for.
+    /// The trust for each use of torques, and for bodies where requested.
     pub uses: Vec<UseVerdict>,
-    /// All that was claimed.
+    /// All claims.
     pub claims: Vec<Claim>,
 }
 
-/// Whether to trust an estimate for one use.
+/// The trust in an estimate for one use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UseVerdict {
     /// The use: `gravity compensation`.
     pub name: String,
-    /// The answer.
+    /// Yes, with care, or no.
     pub trust: Trust,
-    /// How unsure the torque is by the covariance, relative; `None` where that is not known.
+    /// Relative error of the torque by the covariance; `None` where unknown.
     pub error: Option<f64>,
-    /// The joint whose torque is least sure, and how unsure that is.
+    /// The joint with the largest relative error of its torque, and that error.
     pub worst_joint: Option<(String, f64)>,
 }
 
-/// The consistent bodies beside the description.
+/// The physically consistent bodies, compared with the description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodiesEvidence {
-    /// Why they are not to be used; `None` where the solver found them and they fit.
+    /// Reason not to use them; `None` where the solver found them and they fit.
     pub refusal: Option<String>,
-    /// Of each body that has a described mass: its name, the identified over the described mass, and the described mass, kg.
+    /// For each body with a nominal mass: its name, identified over nominal mass, and nominal mass, kg.
     pub masses: Vec<(String, f64, f64)>,
-    /// Why the description is nearer to the log at rest; `None` where it is not.
+    /// A sentence where the description is nearer to the log at rest; `None` where it is not.
     pub at_rest: Option<String>,
-    /// The joints whose offset is taken for weight.
+    /// The joints whose offset counts as weight.
     pub weighed: Vec<String>,
 }
 
-/// What a verdict is made from.
+/// The evidence for a verdict.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
     /// The parameters, their statuses and conditioning.
     pub estimate: &'a Estimate,
-    /// The passport of the logs that were fitted, or of those that are validated.
-    pub passport: Option<&'a Passport>,
-    /// |tau - W X| / |tau| of the description with fitted friction, on the logs that `total` is of.
+    /// The log check of the fitted logs, or of the validated logs.
+    pub log_check: Option<&'a LogCheck>,
+    /// |tau - W X| / |tau| of the description with fitted friction, on the logs of `total`.
     pub described: Option<f64>,
-    /// The base parameters of the description.
-    pub described_parameters: Option<&'a [f64]>,
-    /// |tau - W X| / |tau| of the identified parameters, on the fitted logs or on those that are validated.
+    /// The nominal base parameters.
+    pub nominal_parameters: Option<&'a [f64]>,
+    /// |tau - W X| / |tau| of the identified parameters, on the fitted or on the validated logs.
     pub total: Option<f64>,
-    /// Whether `total` is of the logs that were fitted.
+    /// Whether `total` is the error on the fitted logs.
     pub is_of_fit: bool,
     /// Errors on motion that was not fitted.
     pub prediction: Prediction,
-    /// The bodies, where only bodies that can exist were asked for.
+    /// The physically consistent bodies, where requested.
     pub bodies: Option<&'a BodiesEvidence>,
-    /// Whether what the logs leave open of the parameters is open in every motion.
+    /// Whether the parameters that the logs do not determine are not identifiable in any motion.
     pub opens_in_any_motion: bool,
-    /// What was mended without being asked for.
+    /// Corrections that were made by default.
     pub mended: &'a [Claim],
-    /// What unknowns more explain.
-    pub faults: &'a [Tested],
+    /// Tested hypotheses: the share of the residual that each additional unknown explains.
+    pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are off by one factor where their median ratio is beyond this and the others are near it.
+/// All masses are wrong by one factor where their median ratio exceeds this and the other ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
 /// Ratios of masses within this factor of their median are near it.
-const COMMON_FACTOR_SPREAD: f64 = 1.6;
+const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
+/// Least number of masses for a common factor.
+const LEAST_MASSES: usize = 3;
 
-/// Identified over described mass beyond which a body is not to be written.
-const BELIEVED_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+/// Identified over nominal mass, outside of which a body is not written.
+const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-/// A change of this share of the robot's mass is none that matters.
+/// Changes of a mass up to this share of the mass of the robot are ignored.
 const SMALL_MASS_SHARE: f64 = 0.02;
 
 impl Verdict {
-    /// Weighs the evidence.
+    /// The verdict from the evidence.
     pub fn of(evidence: &Evidence) -> Verdict {
         let claims = claims(evidence);
         let torque = Use::ALL.into_iter().map(|of| (torque_purpose(of), Some(of)));
@@ -123,12 +127,12 @@ impl Verdict {
         };
         let mut uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
         let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
-        // A simulator moves as it likes: its bodies are worth no more than the torques.
+        // A simulator makes any motion, so the trust in bodies is at most the trust in torques.
         uses.iter_mut().skip(Use::ALL.len()).for_each(|bodies| bodies.trust = bodies.trust.min(trust));
         let lowered: Vec<&Claim> = claims
             .iter()
             .filter(|claim| purposes[..Use::ALL.len()].iter().any(|(p, _)| lowering(&claims, p).contains(claim)))
-            .filter(|claim| trust != Trust::No || claim.standing() == Standing::Refused)
+            .filter(|claim| trust != Trust::No || claim.standing() == EvidenceLevel::Refused)
             .collect();
         let next =
             lowered.first().map_or_else(|| use_it(evidence, uses.get(Use::ALL.len())), |claim| what_mends(claim));
@@ -136,16 +140,16 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // What the fit left says nothing of other logs.
+        // The residual of the fit is no reason in a validation of other logs.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
-        let beside = untold_apart(evidence.estimate).into_iter().chain(of_fit);
+        let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
         Verdict { trust, found: found(evidence), next, reasons, uses, claims }
     }
 }
 
 impl Verdict {
-    /// What lowers the answer for a use, by its name; empty where nothing does.
+    /// The reasons that lower the trust for a use, by its name; empty where there are none.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -156,56 +160,56 @@ impl Verdict {
         })
     }
 
-    /// Whether bodies may be written, by trust and reasons; the answer for all uses where no bodies were asked for.
+    /// The trust in bodies, and the reasons against writing them; the overall trust where no bodies were requested.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
         let lowered = lowering(&self.claims, &bodies_purpose());
-        let refused = lowered.into_iter().filter(|claim| claim.standing() == Standing::Refused);
+        let refused = lowered.into_iter().filter(|claim| claim.standing() == EvidenceLevel::Refused);
         (trust, refused.map(sentence).collect())
     }
 }
 
-/// All claims, those of the log first.
+/// All claims, the weakest level of evidence first.
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
-    let of_log = evidence.passport.map(|passport| claims_of_log(passport, evidence.faults)).unwrap_or_default();
+    let of_log = evidence.log_check.map(|log_check| claims_of_log(log_check, evidence.faults)).unwrap_or_default();
     let still = standing(&estimate.joints);
     let faults: Vec<Claim> = faults.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect();
-    let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
-    let is_open = |claim: &Claim| claim.standing() == Standing::Open;
-    let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });
+    let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| not_yet_identified(claim, &faults)).collect();
+    let is_open = |claim: &Claim| claim.standing() == EvidenceLevel::Open;
+    let fine = faults.into_iter().filter_map(|c| if is_open(&c) { not_yet_identified(c, &coarse) } else { Some(c) });
     let fine: Vec<Claim> = fine.collect();
     let mut claims = [coarse, fine].concat();
     claims.extend(evidence.mended.iter().cloned());
     claims.extend(claims_of_bodies(evidence));
     let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !estimate.torque_errors.is_empty());
-    let beside = Beside { opens_in_any_motion, tells_torques };
+    let beside = TorqueContext { opens_in_any_motion, determines_torques: tells_torques };
     claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction, beside));
     match tells_torques {
         true => claims.extend(estimate.torque_errors.iter().map(|error| claim_of_torque(error, &estimate.joints))),
-        false => claims.extend(untold_torques(estimate)),
+        false => claims.extend(undetermined_torques(estimate)),
     }
     let strength = |claim: &Claim| claim.standing();
     claims.sort_by_key(strength);
     claims
 }
 
-/// A claim for the joints of which the others tell nothing.
-fn untold_yet(claim: Claim, others: &[Claim]) -> Option<Claim> {
+/// A claim reduced to the joints where no other claim agrees on the topic; `None` where none is left.
+fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     let subject = claim.subject();
-    if claim.standing() == Standing::Refused || subject.of.is_empty() {
+    if claim.standing() == EvidenceLevel::Refused || subject.of.is_empty() {
         return Some(claim);
     }
-    let is_told = |name: &&String| {
+    let agrees = |name: &&String| {
         let one = Subject::of(subject.topic, [(*name).clone()]);
         others.iter().any(|c| matches!(c.outcome(), Outcome::Agrees { .. }) && c.subject().touches(&one))
     };
-    let open: Vec<String> = subject.of.iter().filter(|name| !is_told(name)).cloned().collect();
+    let open: Vec<String> = subject.of.iter().filter(|name| !agrees(name)).cloned().collect();
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
-/// What speaks against the bodies.
+/// The claims against the bodies.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
     let against = |topic: Topic, fault: String, advice: &str| {
@@ -215,11 +219,11 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A factor of all masses is a unit or a gain; one mass alone counts where it weighs something.
+    // A factor of all masses is an error of a unit or a gain. A single mass counts where it is not small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
-        !BELIEVED_MASS_RATIOS.contains(&ratio) && (ratio - 1.0).abs() * mass > SMALL_MASS_SHARE * whole
+        !PLAUSIBLE_MASS_RATIOS.contains(&ratio) && (ratio - 1.0).abs() * mass > SMALL_MASS_SHARE * whole
     };
     if let Some(factor) = common_factor(&ratios) {
         let fault =
@@ -227,8 +231,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
         claims.push(against(COMMON_SCALE, fault, "look at the unit and the gains of the torques"));
     } else if let Some((name, ratio, _)) = bodies.masses.iter().find(is_off) {
         let fault = format!(
-            "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not tell it, or \
-             inertia that no body has is put into it"
+            "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not identify it, or it absorbs inertia that no body has"
         );
         claims.push(refused(
             fault,
@@ -236,15 +239,15 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
         ));
     }
     claims.extend(bodies.at_rest.iter().map(|why| refused(why.clone(), "keep the description")));
-    let what = "the force at rest is weight: an offset of the drive beside it does not show";
+    let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // What was identified must predict better than what was known before.
+    // The identified parameters must predict better than the nominal ones.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {
         let fault = format!(
-            "the description predicts these logs as well ({}) as what was identified does parts left out ({})",
+            "the nominal parameters predict these logs as well ({}) as the identified ones predict held-out parts ({})",
             percent(described),
             percent(held_out)
         );
@@ -253,7 +256,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// A claim that lowers trust, as a reason.
+/// The reason of a claim that lowers trust, as a sentence.
 pub fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
@@ -267,7 +270,7 @@ pub fn sentence(claim: &Claim) -> String {
     }
 }
 
-/// What to do about a claim that lowers trust.
+/// The remedy of a claim that lowers trust; empty where it has none.
 pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
@@ -276,40 +279,41 @@ pub fn what_mends(claim: &Claim) -> String {
     }
 }
 
-/// The factor by which all masses are off, where there is one.
+/// The common factor of all masses relative to the description; `None` where they have none.
 fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = *sorted.get(sorted.len() / 2)?;
     let is_off = !(1.0 / LARGE_MASS_FACTOR..=LARGE_MASS_FACTOR).contains(&middle);
-    let together = sorted.iter().all(|r| r / middle < COMMON_FACTOR_SPREAD && middle / r < COMMON_FACTOR_SPREAD);
-    (sorted.len() >= 3 && is_off && together).then_some(middle)
+    let together = sorted.iter().all(|r| r / middle < COMMON_FACTOR_TOLERANCE && middle / r < COMMON_FACTOR_TOLERANCE);
+    (sorted.len() >= LEAST_MASSES && is_off && together).then_some(middle)
 }
 
-/// The weakest combination that the noise hides.
-fn untold_apart(estimate: &Estimate) -> Option<String> {
+/// A sentence on the weakest combination of parameters that the data do not determine; `None` where there is none.
+fn inseparable_parameters(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())
 }
 
+/// Reasons for the answer yes: errors of prediction and of torques, chi^2, condition number.
 fn favours(evidence: &Evidence) -> Vec<String> {
     let (estimate, prediction) = (evidence.estimate, &evidence.prediction);
     let mut reasons = Vec::new();
     if let Some(error) = prediction.others.filter(|_| !prediction.others_repeat) {
         let what = match prediction.others_are_of_the_fit {
-            true => "a log is predicted by parameters from the others",
-            false => "logs that were not fitted are predicted",
+            true => "relative residual of each log, predicted by parameters from the others",
+            false => "relative residual of logs that were not fitted",
         };
-        reasons.push(format!("{what} with {}", percent(error)));
+        reasons.push(format!("{what}: {}", percent(error)));
     } else if let Some(error) = prediction.held_out {
-        let fitted = estimate.total.map_or(String::new(), |x| format!(", those fitted with {}", percent(x)));
+        let fitted = estimate.total.map_or(String::new(), |x| format!(", of the fitted parts {}", percent(x)));
         reasons
-            .push(format!("parts left out, each a motion of its own, are predicted with {}{fitted}", percent(error)));
+            .push(format!("relative residual of held-out parts, each a motion of its own: {}{fitted}", percent(error)));
     }
     let unsure = |e: &TorqueError| format!("{} {}", e.of.name(), percent(e.relative));
     let errors: Vec<String> = estimate.torque_errors.iter().map(unsure).collect();
     if !errors.is_empty() {
-        reasons.push(format!("torques are unsure by: {}", errors.join(", ")));
+        reasons.push(format!("torque uncertainty: {}", errors.join(", ")));
     }
     if let Some(chi) = estimate.chi_square_per_freedom {
         reasons.push(format!("chi^2 per freedom {chi:.1}"));
@@ -320,29 +324,30 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     reasons
 }
 
+/// A sentence on the number of significant parameters and the residuals.
 fn found(evidence: &Evidence) -> String {
     let estimate = evidence.estimate;
-    let described = evidence.described_parameters.unwrap_or_default();
-    let is_told = |(c, p): (usize, &Identified)| {
+    let described = evidence.nominal_parameters.unwrap_or_default();
+    let is_significant = |(c, p): (usize, &Identified)| {
         let from = |given: f64| p.value.is_some_and(|v| (v - given).abs() > INTERVAL * p.sigma_or_infinity());
         p.status == Status::Given || from(0.0) || described.get(c).is_some_and(|given| from(*given))
     };
-    let known = estimate.parameters.iter().enumerate().filter(|p| is_told(*p)).count();
-    let from = if described.is_empty() { "zero" } else { "zero or from the description" };
-    let parameters = format!("{known} of {} parameters are told from {from}", estimate.parameters.len());
+    let known = estimate.parameters.iter().enumerate().filter(|p| is_significant(*p)).count();
+    let from = if described.is_empty() { "zero" } else { "zero or the nominal value" };
+    let parameters =
+        format!("{known} of {} parameters are significant: their interval excludes {from}", estimate.parameters.len());
     match (evidence.described, evidence.total) {
         (Some(described), Some(total)) => format!(
-            "{parameters}; your description predicts this log with {}, the identified parameters with {} (friction fitted \
-             in both)",
+            "{parameters}; relative residual of this log: {} with the nominal parameters, {} with the identified ones (friction fitted in both)",
             percent(described),
             percent(total)
         ),
-        (None, Some(total)) => format!("{parameters}; they leave {} of the torques unexplained", percent(total)),
+        (None, Some(total)) => format!("{parameters}; the relative residual is {}", percent(total)),
         (_, None) => parameters,
     }
 }
 
-/// What to do with an estimate whose torques every use may trust; `bodies`: the answer for them, where they were asked for.
+/// The next step with an estimate whose torques are trusted for every use; `bodies`: their verdict, where requested.
 fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     let steps = match bodies.map(|bodies| bodies.trust) {
         _ if evidence.estimate.options.is_none() => "[:report] draws it, [:feedforward] tries it",
@@ -353,11 +358,11 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics of which the table, the reasons and the remarks tell.
+/// Topics that the table, the reasons and the remarks cover.
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
-/// What agrees and what cannot be told, a line each, and an empty line behind them.
+/// Writes the claims without contradictions, one line each, and an empty line after them.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
@@ -375,15 +380,15 @@ pub fn claim_line(claim: &Claim) -> String {
     }
 }
 
-/// A joint whose torque is less sure than this, relative to itself, is named.
-const WORTH_NAMING: f64 = 0.02;
+/// A joint with a larger relative error of its torque is named.
+const NAMED_JOINT_ERROR: f64 = 0.02;
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:<32} {:<9}  torque unsure by", "use", "trust")?;
+        writeln!(f, "{:<32} {:<9}  torque uncertainty", "use", "trust")?;
         for one in &self.uses {
             let error = one.error.map_or("-".into(), percent);
-            let worst = one.worst_joint.as_ref().filter(|(_, share)| *share > WORTH_NAMING);
+            let worst = one.worst_joint.as_ref().filter(|(_, share)| *share > NAMED_JOINT_ERROR);
             let worst = worst.map_or(String::new(), |(name, share)| format!(" ({name} {})", percent(*share)));
             writeln!(f, "{:<32} {:<9}  {error}{worst}", one.name, one.trust.word())?;
         }
@@ -404,7 +409,7 @@ mod tests {
     fn one_factor_in_all_masses_is_a_unit() {
         let factor = common_factor(&[980.0, 1013.0, 1100.0, 904.0]).unwrap_or(0.0);
         assert!((factor - 1013.0).abs() < 1e-9, "{factor}");
-        // Masses that differ among themselves, that are near the description, or too few of them.
+        // No common factor: masses that differ from each other, masses near the description, or too few masses.
         assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
         assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
         assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));

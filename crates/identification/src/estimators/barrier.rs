@@ -1,71 +1,79 @@
-//! Least squares inside the cone of bodies: Newton's method on a barrier.
+//! Least squares inside the cone of physically consistent bodies: Newton's method with a logarithmic barrier.
 //!
 //! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
 //!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
 //!
-//! y: bodies P_j and rotors y_k relative to their references, and friction y_i. Each step is one of Newton's with a
-//! line search that stays in the cone.
+//! y: bodies P_j and rotors y_k relative to their references, and friction y_i. Each Newton step has a line search that
+//! stays in the cone.
 //!
-//! By how much is 1/2 chi^2 of a solution y above that of any other x? chi^2 is convex and the gradient of the whole is
-//! zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
+//! Suboptimality bound: by how much 1/2 chi^2 of a solution y can exceed 1/2 chi^2 of any other x. chi^2 is convex, and
+//! the gradient of the objective is zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to `LARGEST_BOUNDED_RATIO` times
-//! as large. `consistent` says what stands in A and where the references come from.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2], evaluated for every x up to `LARGEST_BOUNDED_RATIO` times as large. A and
+//! the references are defined in `consistent`.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
-//! rounding of the three terms leaves a ten-thousandth of a nat, and no line search finds its way down.
+//! rounding of the three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
 /// How the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum BarrierStatus {
     /// The gradient vanished at the smallest barrier.
     Converged,
-    /// The gradient did not vanish: the line search found no way down, because of rounding, or the steps ran out.
+    /// The gradient did not vanish: the line search found no descent because of rounding, or the step limit was reached.
     Stalled,
 }
 
 /// Newton's method stops when half the squared decrement is below this, nats.
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
-/// Most steps of Newton's method.
+/// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// So near the solution, in gammas, a step of Newton's leaves a small share of the squared decrement, since the objective over
-/// gamma is self-concordant; a Hessian whose step leaves more is wrong.
+/// Squared decrement over gamma below which y is near the solution, since the objective over gamma is self-concordant.
 const NEAR_DECREMENT: f64 = 0.1;
-const LARGEST_SHARE_LEFT: f64 = 0.25;
+/// Near the solution a Newton step reduces the squared decrement below this share; otherwise the Hessian is inaccurate.
+const LARGEST_DECREMENT_RATIO: f64 = 0.25;
+/// Armijo condition of the line search: least decrease of the objective per squared decrement and step length.
+const SUFFICIENT_DECREASE: f64 = 0.1;
+/// Shortest step of the line search, relative to the Newton step.
+const SHORTEST_STEP: f64 = 5e-11;
+/// Where no descent is found, a smaller squared decrement relative to the objective still counts as converged.
+const STALLED_DECREMENT_SHARE: f64 = 1e-9;
+/// Ridges of the unit-diagonal Hessian, tried in this order.
+const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
-/// deviations.
+/// The bound on chi^2 covers traces up to this many times the traces of the solution, and friction up to this many
+/// standard deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The problem in scaled variables.
 pub(crate) struct Problem {
-    /// A and z of the data in scaled variables, and A'A.
+    /// A, z and A'A of the data in scaled variables.
     pub rows: DMatrix<f64>,
     pub right: DVector<f64>,
     pub hessian: DMatrix<f64>,
-    /// Scaled column and standard deviation of the friction that has one.
+    /// Scaled column and standard deviation of each friction parameter with a prior.
     pub friction: Vec<(usize, f64)>,
     /// Nats per unit of divergence at the full weight of the prior.
     pub gamma: f64,
-    /// First scaled column of each body, then the rotors.
+    /// First scaled column of each body, and the columns of the rotors.
     pub bodies: Vec<usize>,
     pub rotors: Vec<usize>,
     pub units: [Matrix4<f64>; 10],
 }
 
 impl Problem {
-    /// Number of logarithms in the barrier, which is the order of the cone.
+    /// Number of logarithms in the barrier: the order of the cone.
     pub(crate) fn barriers(&self) -> f64 {
         (4 * self.bodies.len() + self.rotors.len()) as f64
     }
 
-    /// Nats by which 1/2 chi^2 of the solution for a share of the prior can at most exceed that of any x up to
-    /// `LARGEST_BOUNDED_RATIO` times as large: the bound in the head.
-    pub(crate) fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
+    /// Suboptimality bound, nats: the largest excess of 1/2 chi^2 of the solution for a share of the prior over 1/2 chi^2
+    /// of any x up to `LARGEST_BOUNDED_RATIO` times as large. See the module.
+    pub(crate) fn suboptimality_bound(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
         let friction = self.friction.iter().map(|&(c, sd)| (y[c] / sd).abs());
@@ -73,12 +81,12 @@ impl Problem {
         share * (self.gamma * (self.barriers() + (LARGEST_BOUNDED_RATIO - 1.0) * size) + pull)
     }
 
-    /// The weight of the friction's prior at a gamma; it falls with gamma and is at most one.
+    /// The weight w of the friction's prior at a gamma: proportional to gamma, at most 1.
     fn friction_weight(&self, gamma: f64) -> f64 {
         (gamma / self.gamma).min(1.0)
     }
 
-    /// 1/2 chi^2 of the data.
+    /// 1/2 chi^2 of the data, nats.
     pub(crate) fn quadratic(&self, y: &DVector<f64>) -> f64 {
         0.5 * (&self.rows * y - &self.right).norm_squared()
     }
@@ -87,7 +95,7 @@ impl Problem {
         (0..10).fold(Matrix4::zeros(), |sum, i| sum + self.units[i] * y[first + i])
     }
 
-    /// The objective; `None` outside the cone.
+    /// The objective, nats; `None` outside the cone.
     fn value(&self, y: &DVector<f64>, gamma: f64) -> Option<f64> {
         let mut value = self.quadratic(y);
         value +=
@@ -107,6 +115,7 @@ impl Problem {
     }
 
     fn derivatives(&self, y: &DVector<f64>, gamma: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        // d(tr P - log det P)/dy_i = tr U_i - tr(P^-1 U_i); second derivative: tr(P^-1 U_i P^-1 U_k).
         let mut g = self.rows.tr_mul(&(&self.rows * y - &self.right));
         let mut h = self.hessian.clone();
         for &(c, sd) in &self.friction {
@@ -131,10 +140,10 @@ impl Problem {
         Some((g, h))
     }
 
-    /// A gamma at which y is near the solution: `least`, or ten, a hundred, .. times that.
+    /// A gamma at which y is near the solution: `least` times 1, 10, 100, ..
     ///
-    /// The objective over gamma is self-concordant, so Newton's method takes steps of fixed gain until its decrement is
-    /// below one. From a smaller gamma on it would take as many steps as chi^2 has gammas.
+    /// The objective over gamma is self-concordant, so Newton's method decreases it by a fixed amount per step until the
+    /// decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps.
     /// [Boyd, Vandenberghe 2004, 9.6.4]
     pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
@@ -145,24 +154,25 @@ impl Problem {
         gammas.find(|&gamma| decrement(gamma).is_none_or(|d| d <= 1.0)).unwrap_or(least)
     }
 
-    /// Newton steps at one gamma, in place.
+    /// Newton steps at one gamma, in place; the number of steps and how they ended.
     ///
-    /// A direction is that of the Hessian. Where no step along it leads down, or arrives too slowly, A'A is beyond doubles beside the
-    /// barrier, and the direction is that of the rows.
-    pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
-        let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
+    /// The direction comes from the Hessian. Where it gives no descent, or converges too slowly, A'A exceeds the precision of
+    /// doubles compared with the barrier, and the direction comes from the rows (QR).
+    pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
+        let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
+        // `is_right`: whether the Hessian is accurate, judged by quadratic convergence near the solution.
         let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
-            let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
-            // A decrease below the rounding of the objective is not seen.
+            let Some((g, h)) = self.derivatives(y, gamma) else { return (step, BarrierStatus::Stalled) };
+            // A decrease below the rounding of the objective cannot be detected.
             let tolerance = (2.0 * DECREMENT_TOLERANCE_NATS).max(self.rounding(y, gamma));
             let by_hessian = is_right.then(|| solve_scaled(h, &g)).flatten();
             let by_hessian = by_hessian.map(|direction| (g.dot(&direction), direction));
             if by_hessian.as_ref().is_some_and(|(decrement, _)| *decrement <= tolerance) {
-                return (step, Outcome::Converged);
+                return (step, BarrierStatus::Converged);
             }
             if let Some((decrement, _)) = &by_hessian {
-                is_right = last > NEAR_DECREMENT * gamma || *decrement < LARGEST_SHARE_LEFT * last;
+                is_right = last > NEAR_DECREMENT * gamma || *decrement < LARGEST_DECREMENT_RATIO * last;
                 last = *decrement;
             }
             let by_hessian = by_hessian.filter(|_| is_right);
@@ -171,21 +181,23 @@ impl Problem {
                 continue;
             }
             let Some((decrement, direction)) = self.direction_by_rows(y, gamma) else {
-                return (step, Outcome::Stalled);
+                return (step, BarrierStatus::Stalled);
             };
             if decrement <= tolerance {
-                return (step, Outcome::Converged);
+                return (step, BarrierStatus::Converged);
             }
             match self.down(y, value, gamma, decrement, &direction) {
                 Some(found) => (*y, value) = found,
-                None if decrement < 1e-9 * value.abs().max(1.0) => return (step, Outcome::Converged),
-                None => return (step, Outcome::Stalled),
+                None if decrement < STALLED_DECREMENT_SHARE * value.abs().max(1.0) => {
+                    return (step, BarrierStatus::Converged);
+                }
+                None => return (step, BarrierStatus::Stalled),
             }
         }
-        (MAX_NEWTON_STEPS, Outcome::Stalled)
+        (MAX_NEWTON_STEPS, BarrierStatus::Stalled)
     }
 
-    /// Decrement and direction by the Hessian, and by the rows.
+    /// Squared decrement and direction by the Hessian, and by the rows.
     #[cfg(test)]
     pub(crate) fn directions(&self, y: &DVector<f64>, gamma: f64) -> ((f64, DVector<f64>), (f64, DVector<f64>)) {
         let (g, h) = self.derivatives(y, gamma).expect("y is in the cone");
@@ -193,7 +205,8 @@ impl Problem {
         ((g.dot(&direction), direction), self.direction_by_rows(y, gamma).expect("y is in the cone"))
     }
 
-    /// Where a step, halved until it is one, leads down, and the objective there.
+    /// The point after a step that is halved until the objective decreases enough, and the objective there; `None` where no
+    /// step does.
     fn down(
         &self,
         y: &DVector<f64>,
@@ -203,15 +216,15 @@ impl Problem {
         direction: &DVector<f64>,
     ) -> Option<(DVector<f64>, f64)> {
         let mut lengths =
-            std::iter::successors(Some(1.0), |length| Some(0.5 * length)).take_while(|length| *length > 5e-11);
+            std::iter::successors(Some(1.0), |length| Some(0.5 * length)).take_while(|length| *length > SHORTEST_STEP);
         lengths.find_map(|length| {
             let candidate = y - length * direction;
             let found = self.value(&candidate, gamma)?;
-            (found <= value - 0.1 * length * decrement).then_some((candidate, found))
+            (found <= value - SUFFICIENT_DECREASE * length * decrement).then_some((candidate, found))
         })
     }
 
-    /// By how much rounding may move the objective: that of the residual, whose terms cancel, and of the logarithms.
+    /// The rounding error of the objective, nats: of the residual, whose terms cancel, and of the logarithms.
     fn rounding(&self, y: &DVector<f64>, gamma: f64) -> f64 {
         let terms = self.rows.abs() * y.abs() + self.right.abs();
         let residual = (&self.rows * y - &self.right).abs();
@@ -219,17 +232,19 @@ impl Problem {
         f64::EPSILON * (2.0 * residual.dot(&terms) + gamma * (traces + 10.0 * self.barriers()))
     }
 
-    /// The square of Newton's decrement, and Newton's direction d, by least squares: the Hessian is M'M and the gradient
-    /// M'r, so that min |M d - r| has it without squares of what A holds.
+    /// The squared Newton decrement and the Newton direction d by QR: the Hessian is M'M and the gradient M'r, so min |M d -
+    /// r| gives d without squaring the condition number of A.
     ///
     /// ```text
     /// M = A,  r = A y - z;   of a body P = L L': vec(L^-1 U_i L^-T), vec(L'L - 1);   of a rotor: 1 / y, y - 1
     /// ```
-    /// those of bodies and rotors times sqrt(gamma), and a symmetric matrix as its ten entries, off the diagonal times sqrt(2).
+    /// Rows of bodies and rotors are multiplied by sqrt(gamma). A symmetric matrix counts as its ten entries, with the
+    /// off-diagonal ones multiplied by sqrt(2).
     fn direction_by_rows(&self, y: &DVector<f64>, gamma: f64) -> Option<(f64, DVector<f64>)> {
         let (data, n) = self.rows.shape();
         let count = data + 10 * self.bodies.len() + self.rotors.len() + self.friction.len();
         let (mut m, mut r) = (DMatrix::zeros(count.max(n), n), DVector::zeros(count.max(n)));
+        // M'M = H, M'r = g: rows of data, bodies, rotors and friction.
         m.rows_mut(0, data).copy_from(&self.rows);
         r.rows_mut(0, data).copy_from(&(&self.rows * y - &self.right));
         let (mut at, root) = (data, gamma.sqrt());
@@ -252,6 +267,7 @@ impl Problem {
             (m[(at, c)], r[at]) = (weight, weight * y[c]);
             at += 1;
         }
+        // Columns of unit norm, then d = R^-1 Q'r and the squared decrement |Q'r|^2.
         let scale = DVector::from_iterator(n, m.column_iter().map(|c| 1.0 / c.norm().max(f64::MIN_POSITIVE)));
         for (mut column, scale) in m.column_iter_mut().zip(&scale) {
             column *= *scale;
@@ -264,7 +280,7 @@ impl Problem {
     }
 }
 
-/// The ten entries of a symmetric matrix; their squares sum up to those of the matrix.
+/// The ten entries of a symmetric matrix, weighted so that their norm is the Frobenius norm of the matrix.
 fn entries(m: &Matrix4<f64>) -> DVector<f64> {
     let weight = |i: usize, k: usize| if i == k { 1.0 } else { std::f64::consts::SQRT_2 };
     DVector::from_iterator(10, (0..4).flat_map(|i| (i..4).map(move |k| (i, k))).map(|(i, k)| weight(i, k) * m[(i, k)]))
@@ -272,20 +288,20 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two gammas of the path.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Factor between two gammas at which the path is given up.
+/// Factor between two gammas below which the path is abandoned.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
-/// A round with fewer Newton steps than this did not come from too far, so the next may come from further.
-const NEWTON_STEPS_OF_A_FAR_START: usize = 20;
+/// After a round with fewer Newton steps than this, the factor between gammas grows again.
+const MANY_NEWTON_STEPS: usize = 20;
 
-/// The solution as a function of gamma.
+/// The central path: the solution as a function of gamma.
 pub(crate) struct CentralPath<'a> {
     problem: &'a Problem,
     /// The solution at `gamma`.
     pub y: DVector<f64>,
     gamma: f64,
     factor: f64,
-    /// Newton's steps so far.
+    /// Number of Newton steps so far.
     pub steps: usize,
 }
 
@@ -296,10 +312,11 @@ impl CentralPath<'_> {
         CentralPath { problem, y, gamma, factor: LARGEST_GAMMA_FACTOR, steps }
     }
 
-    /// Goes down to the solution at a lower gamma; false where no step leads on, and `y` is the last solution.
+    /// Follows the path to the solution at a lower gamma; false where no step succeeds, and `y` is then the last solution.
     ///
-    /// A round that takes too many steps came from too far: bodies far from their reference grow along the path, and
-    /// Newton's method creeps along the boundary of the cone. The round is done again from half as far, in logarithms.
+    /// A round with too many steps had too large a factor between gammas: bodies far from their reference grow along the
+    /// path, and Newton's method makes short steps along the boundary of the cone. The round is repeated with the root of
+    /// the factor.
     pub(crate) fn follow(&mut self, gamma: f64) -> bool {
         while self.gamma > gamma {
             let next = (self.gamma / self.factor).max(gamma);
@@ -307,11 +324,11 @@ impl CentralPath<'_> {
             let (steps, outcome) = self.problem.newton(&mut y, next);
             self.steps += steps;
             match outcome {
-                Outcome::Converged => (self.y, self.gamma) = (y, next),
-                Outcome::Stalled if self.factor > SMALLEST_GAMMA_FACTOR => self.factor = self.factor.sqrt(),
-                Outcome::Stalled => return false,
+                BarrierStatus::Converged => (self.y, self.gamma) = (y, next),
+                BarrierStatus::Stalled if self.factor > SMALLEST_GAMMA_FACTOR => self.factor = self.factor.sqrt(),
+                BarrierStatus::Stalled => return false,
             }
-            if outcome == Outcome::Converged && steps < NEWTON_STEPS_OF_A_FAR_START {
+            if outcome == BarrierStatus::Converged && steps < MANY_NEWTON_STEPS {
                 self.factor = (self.factor * self.factor).min(LARGEST_GAMMA_FACTOR);
             }
         }
@@ -319,13 +336,14 @@ impl CentralPath<'_> {
     }
 }
 
-/// H^-1 g with H scaled to a unit diagonal, and with a ridge at the level of rounding where it is needed.
+/// H^-1 g with H scaled to a unit diagonal, and with a ridge at the level of rounding where needed; `None` where H is not
+/// positive definite with any of them.
 fn solve_scaled(h: DMatrix<f64>, g: &DVector<f64>) -> Option<DVector<f64>> {
     let d = h.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
     let n = h.nrows();
     let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * d[i] * d[j]);
     let rhs = g.component_mul(&d);
-    [0.0, 1e-14, 1e-12, 1e-10].into_iter().find_map(|ridge| {
+    RELATIVE_RIDGES.into_iter().find_map(|ridge| {
         let m = &scaled + DMatrix::from_diagonal_element(n, n, ridge);
         Cholesky::new(m).map(|c| c.solve(&rhs).component_mul(&d))
     })

@@ -1,26 +1,26 @@
-//! How far an error that rows share moves the parameters: the one step behind all deviations by replicates.
+//! The change of the parameters by an error that a cluster of rows shares: the basis of all cluster-robust deviations.
 //!
-//! With A = W'W of all rows, the rows weighted, and A_g, W_g' e_g of the rows of cluster g,
+//! With A = W'W of all weighted rows, and A_g, W_g' e_g of the rows of cluster g,
 //!   S_g = (A - k A_g)^-1 W_g' e_g
-//! is by how much the error of that cluster moves x - X. With k = 1 the cluster is left out: x - S_g is the fit without
-//! it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k restores part of the error that the fit
-//! has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
+//! is the change of x - X by the error of that cluster. With k = 1 the cluster is left out: x - S_g is the fit without
+//! it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k corrects only partly for the error that the
+//! fit has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
 //!
-//! | who | clusters | k |
+//! | module | clusters | k |
 //! |---|---|---|
-//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed and of position | 19/20; 1/2 |
+//! | `replicate_deviation`, `drive_gains::replicates` | blocks of a record; bands of speed and of position | 19/20; 1/2 |
 //! | `block_deviation` | logs, or blocks of one | 1 |
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// Below this share of its diagonal, what is left of A is rounding.
+/// A - k A_g counts as rounding below this share of the diagonal of A.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// Rows that share one error.
 pub struct Cluster {
-    /// The columns that are not zero in them.
+    /// The columns that are not zero in these rows.
     columns: Vec<usize>,
     /// A_g and W_g' e_g of these columns.
     gram: DMatrix<f64>,
@@ -28,7 +28,7 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
+    /// The cluster of the rows behind a triangle with right-hand side z: R'R and R'(z - R x).
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
@@ -36,7 +36,7 @@ impl Cluster {
         Cluster { columns: (0..p).collect(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
     }
 
-    /// All rows of some clusters as one, of p unknowns.
+    /// The union of clusters as one cluster, for p unknowns.
     pub fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
         let (mut gram, mut score) = (DMatrix::<f64>::zeros(p, p), DVector::<f64>::zeros(p));
         for cluster in clusters {
@@ -48,9 +48,9 @@ impl Cluster {
         Cluster { columns: (0..p).collect(), gram, score }
     }
 
-    /// Rows with these columns only, from the products of the columns and of the residual behind them.
+    /// A cluster of rows with these m columns only, from the products of the columns and of the residual as last column.
     ///
-    /// Product (i, j), i <= j, stands at j (m + 1) + i.
+    /// Product (i, j), i <= j, is at index j (m + 1) + i.
     pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
         let m = columns.len();
         let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
@@ -71,33 +71,33 @@ fn upper(rows: &Triangle) -> DMatrix<f64> {
 }
 
 /// A of all rows, its columns scaled to unit norm.
-pub struct Whole {
+pub struct FullNormalMatrix {
     scale: Vec<f64>,
     gram: DMatrix<f64>,
 }
 
-impl Whole {
+impl FullNormalMatrix {
     /// A of the rows behind a triangle.
-    pub fn of(rows: &Triangle) -> Whole {
+    pub fn of(rows: &Triangle) -> FullNormalMatrix {
         let r = upper(rows);
         let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
-        Whole::scaled(r.tr_mul(&r), norms.collect())
+        FullNormalMatrix::scaled(r.tr_mul(&r), norms.collect())
     }
 
-    /// A of clusters that together hold all rows.
-    pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
+    /// A of clusters that together contain all rows.
+    pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> FullNormalMatrix {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
-        Whole::scaled(gram, norms)
+        FullNormalMatrix::scaled(gram, norms)
     }
 
-    fn scaled(gram: DMatrix<f64>, norms: Vec<f64>) -> Whole {
+    fn scaled(gram: DMatrix<f64>, norms: Vec<f64>) -> FullNormalMatrix {
         let scale: Vec<f64> = norms.iter().map(|&n| if n > 0.0 { 1.0 / n } else { 0.0 }).collect();
         let p = scale.len();
-        Whole { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
+        FullNormalMatrix { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
     }
 
-    /// A - k A_g with `held` on its scaled diagonal, factored; `None` where it is not positive definite or holds NaN.
+    /// A - k A_g with the ridge `held` on its scaled diagonal, factored; `None` where it is not positive definite or has NaN.
     fn without(&self, out: Option<(&Cluster, f64)>, held: f64) -> Option<Cholesky<f64, Dyn>> {
         let mut left = self.gram.clone();
         if let Some((cluster, share)) = out {
@@ -107,7 +107,7 @@ impl Whole {
                 }
             }
         }
-        // A parameter that the data leave open keeps its value.
+        // A parameter with a column of zeros keeps its value.
         (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
         left.cholesky()
     }
@@ -122,7 +122,7 @@ impl Whole {
         Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
     }
 
-    /// sum_g S_g^2, one per parameter; a cluster without S_g adds nothing.
+    /// sum_g S_g^2 by parameter; a cluster without S_g adds nothing.
     pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
@@ -131,15 +131,14 @@ impl Whole {
         variance
     }
 
-    /// Share of each cluster in what determines each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters have all
-    /// columns.
-    pub fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
+    /// Leverage of each cluster on each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters must have all columns.
+    pub fn information_shares<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
         clusters.iter().map(move |cluster| {
             let entry = |i: usize, j: usize| self.scale[i] * cluster.gram[(i, j)] * self.scale[j];
-            let told = DMatrix::from_fn(p, p, entry) * &inverse;
-            (0..p).map(|c| inverse.column(c).dot(&told.column(c)) / inverse[(c, c)]).collect()
+            let product = DMatrix::from_fn(p, p, entry) * &inverse;
+            (0..p).map(|c| inverse.column(c).dot(&product.column(c)) / inverse[(c, c)]).collect()
         })
     }
 }

@@ -1,19 +1,19 @@
-//! Physically consistent parameters: least squares over bodies that can exist.
+//! Physically consistent parameters: least squares over bodies with a positive definite pseudo-inertia.
 //!
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
 //! R, z: the whitened triangle; X = B phi the base parameters of the standard ones; f friction. The last term is the
-//! entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park 2020]. It holds what the data leave
-//! open. Its logarithm is also the barrier that keeps every P_j > 0, so the problem stays convex and unconstrained
+//! entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park 2020]. It regularises undetermined
+//! parameters. Its logarithm is also the barrier that keeps every P_j > 0, so the problem stays convex and unconstrained
 //! inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood, so that the solution
-//! is least squares wherever least squares is consistent.
+//! equals least squares wherever least squares is consistent.
 //!
-//! The prior pulls the solution away from the data, so chi^2 lies above the least that bodies can reach. Where the
-//! reference is far from the data, it does so by more than the logarithms alone would cost. So the problem is solved
-//! for lower and lower weights of the prior and of the bounds on friction, down to a millionth, and lower until chi^2
-//! has little left to gain (`Problem::slack`). The solution taken is that of the greatest weight, at most one, whose
-//! chi^2/2 is within gamma (4 bodies + rotors) of the last one. So a reference that the data contradict gives way.
+//! The prior biases the solution, so chi^2 exceeds the minimum over bodies. Where the reference is far from the data, the
+//! excess is larger than the cost of the logarithms alone. So the problem is solved for decreasing weights of the prior and
+//! of the bounds on friction, down to a millionth, and further until `Problem::suboptimality_bound` is small. The solution is
+//! the one with the largest weight, at most one, whose chi^2/2 is within gamma (4 bodies + rotors) of the last one. So a
+//! reference that contradicts the data loses its weight.
 //!
 //! s >= 1 discounts the data, because residuals are correlated in time. sd_i bounds friction that the motion does not
 //! show. Newton's method with line search solves the problem. gamma starts where the reference alone decides, and is
@@ -24,20 +24,20 @@ use linear_model::standard_map::StandardMap;
 use nalgebra::{DMatrix, DVector, Matrix4};
 use numerics::triangle::Triangle;
 
-use crate::estimators::barrier::{CentralPath, Outcome, Problem};
+use crate::estimators::barrier::{BarrierStatus, CentralPath, Problem};
 
-/// The knowledge that holds the solution beside the data.
+/// The prior of the solution.
 #[derive(Clone, Debug)]
 pub struct Prior {
     /// Reference bodies in the order of the map; `None`: a ball of `scale`.
     pub bodies: Vec<Option<Ten>>,
-    /// Mass of the ball (radius of gyration 0.1 m) that stands for unknown bodies, kg.
+    /// Mass of the ball (radius of gyration 0.1 m) that replaces unknown bodies, kg.
     pub scale: f64,
     /// Nats per unit of divergence.
     pub gamma: f64,
-    /// Discount of the data: ratio of the variance for correlated residuals to that for white ones.
+    /// Discount of the data: ratio of the variance for correlated residuals to the variance for white ones.
     pub discount: f64,
-    /// Standard deviation of each parameter after the base ones, around zero; infinite: free.
+    /// Standard deviation around zero of each parameter after the base parameters, in its unit; infinite: free.
     pub friction: Vec<f64>,
 }
 
@@ -46,30 +46,36 @@ pub struct Prior {
 pub struct Consistent {
     /// Standard parameters.
     pub phi: Vec<f64>,
-    /// Base parameters, then friction: in the order of the triangle.
+    /// Base parameters, then friction, in the order of the triangle.
     pub x: Vec<f64>,
-    /// Smallest eigenvalue of each body's pseudo-inertia.
+    /// Smallest eigenvalue of the pseudo-inertia of each body.
     pub smallest_eigenvalues: Vec<f64>,
     /// 1/2 chi^2 of the data alone, divided by the discount; nats.
     pub objective: f64,
-    /// Nats by which `objective` can at most exceed the least over all bodies up to `LARGEST_BOUNDED_RATIO` times as
-    /// large; `None` where the solver stalled.
+    /// Suboptimality bound of `objective`, nats, over all bodies up to `LARGEST_BOUNDED_RATIO` times as large; `None` where
+    /// the solver stalled.
     pub excess: Option<f64>,
-    /// Share of its weight that the prior has kept; 1 where the data do not contradict it.
+    /// Final weight of the prior, as a share of its full weight; 1 where the data do not contradict it.
     pub prior_share: f64,
     /// How the iteration ended.
-    pub outcome: Outcome,
-    /// Steps over all values of the barrier.
+    pub outcome: BarrierStatus,
+    /// Number of Newton steps over all values of gamma.
     pub newton_steps: usize,
 }
 
-/// Share of the prior at which chi^2 is bounded. It costs a millionth of what the prior does.
+/// Share of the prior's weight at which the suboptimality of chi^2 is bounded.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
-/// Where bodies have outgrown their references, the bound may be wider than half of what the logarithms may cost. It is
-/// then taken at a smaller share, down to this one. Below it only the rounding of the Hessian is left.
+/// Where bodies exceed their references by far, that bound may not be tight. It is then computed at a smaller share, down
+/// to this one. At smaller shares the rounding of the Hessian dominates.
 const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
-/// The bound is tight where it is at most this share of what the logarithms may cost.
+/// The bound is tight where it is at most this share of gamma times the number of logarithms.
 const TIGHT_BOUND_SHARE: f64 = 0.5;
+/// Factor of the prior's weight from round to round.
+const PRIOR_SHARE_FACTOR: f64 = 0.2;
+/// Squared radius of gyration of the ball that replaces unknown bodies, m^2.
+const BALL_SQUARED_RADIUS_M2: f64 = 0.01;
+/// Reference inertia of a rotor over the mass of that ball, m^2.
+const ROTOR_INERTIA_PER_MASS_M2: f64 = 0.01;
 
 /// Solves for standard parameters and friction; `triangle` is whitened (residual of unit variance).
 pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Consistent {
@@ -78,9 +84,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // The path starts where the reference outweighs the data, however far from them, and goes down to gamma. Then it
-    // goes on, five times lower each round, to see what the prior costs. `shares` are the solutions from the full
-    // weight on.
+    // The path starts where the prior dominates, and gamma decreases to its full weight. Then gamma decreases further, by
+    // a factor of five per round, to bound the cost of the prior. `shares` are the solutions from the full weight on.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -88,23 +93,27 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let mut share = 1.0;
     while path.follow(share * prior.gamma) {
         shares.push((share, path.y.clone()));
-        let is_tight = problem.slack(&path.y, share) <= TIGHT_BOUND_SHARE * prior.gamma * problem.barriers();
+        let is_tight =
+            problem.suboptimality_bound(&path.y, share) <= TIGHT_BOUND_SHARE * prior.gamma * problem.barriers();
         if share <= SMALLEST_PRIOR_SHARE || (share <= BOUND_PRIOR_SHARE && is_tight) {
             break;
         }
         let least = if share > BOUND_PRIOR_SHARE { BOUND_PRIOR_SHARE } else { SMALLEST_PRIOR_SHARE };
-        share = (0.2 * share).max(least);
+        share = (PRIOR_SHARE_FACTOR * share).max(least);
     }
     let (steps, mut y) = (path.steps, path.y);
     let (mut excess, mut prior_share) = (None, 1.0);
+    // The largest share whose chi^2/2 is within gamma (4 bodies + rotors) of the last one.
     if let Some((last, nearest)) = shares.last() {
         let allowed = problem.quadratic(nearest) + prior.gamma * problem.barriers();
         if let Some((share, chosen)) = shares.iter().find(|(_, y)| problem.quadratic(y) <= allowed) {
-            excess = Some(problem.quadratic(chosen) - problem.quadratic(nearest) + problem.slack(nearest, *last));
+            excess = Some(
+                problem.quadratic(chosen) - problem.quadratic(nearest) + problem.suboptimality_bound(nearest, *last),
+            );
             (prior_share, y) = (*share, chosen.clone());
         }
     }
-    let outcome = if excess.is_some() { Outcome::Converged } else { Outcome::Stalled };
+    let outcome = if excess.is_some() { BarrierStatus::Converged } else { BarrierStatus::Stalled };
     let theta = &transform * &y;
     let ten = |first: &usize| -> Ten { std::array::from_fn(|i| theta[first + i]) };
     Consistent {
@@ -119,7 +128,7 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     }
 }
 
-/// theta = (phi, f) = T y: bodies relative to their reference, rotors and friction to their size.
+/// T of theta = (phi, f) = T y: bodies relative to their reference, rotors relative to the ball, friction unscaled.
 fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64> {
     let mut transform = DMatrix::identity(dimension, dimension);
     for (j, (_, first)) in map.bodies.iter().enumerate() {
@@ -127,7 +136,7 @@ fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64>
         transform.view_mut((*first, *first), (10, 10)).copy_from(&body_transform(&reference));
     }
     for &c in &map.rotors {
-        transform[(c, c)] = 0.01 * prior.scale;
+        transform[(c, c)] = ROTOR_INERTIA_PER_MASS_M2 * prior.scale;
     }
     transform
 }
@@ -175,13 +184,14 @@ fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     y
 }
 
+/// The pseudo-inertia of a reference body; a ball of mass `scale`, kg, where it is unknown or not positive definite.
 fn reference(body: Option<Ten>, scale: f64) -> Matrix4<f64> {
     let given = body.map(|b| pseudo_inertia(&b)).filter(|p| p.cholesky().is_some());
-    // The radius of gyration is 0.1 m about each axis.
-    given.unwrap_or_else(|| Matrix4::from_diagonal(&nalgebra::Vector4::new(0.01, 0.01, 0.01, 1.0)) * scale)
+    let square = BALL_SQUARED_RADIUS_M2;
+    given.unwrap_or_else(|| Matrix4::from_diagonal(&nalgebra::Vector4::new(square, square, square, 1.0)) * scale)
 }
 
-/// The 10 x 10 map from the parameters of P~ to those of P = L P~ L', P0 = L L'.
+/// The 10 x 10 map from the parameters of P~ to the parameters of P = L P~ L', P0 = L L'.
 fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
     let l = reference.cholesky().map_or_else(Matrix4::identity, |c| c.l());
     let mut out = DMatrix::zeros(10, 10);
@@ -227,10 +237,10 @@ mod tests {
         let triangle = measured(&BODY, 100.0, 1.0);
         let ls = numerics::least_squares::solve(&triangle);
         let out = consistent(&triangle, &map(), &prior(1e-6, None));
-        assert_eq!(out.outcome, Outcome::Converged);
+        assert_eq!(out.outcome, BarrierStatus::Converged);
         for i in 0..10 {
             let sigma = (ls.variance * ls.inverse[(i, i)]).sqrt();
-            // gamma nats of prior move the optimum by about gamma sigmas.
+            // A prior of gamma nats moves the optimum by about gamma sigma.
             assert!((out.x[i] - ls.x[i]).abs() < 1e-3 * sigma, "{i}: {} {}", out.x[i], ls.x[i]);
         }
     }
@@ -242,15 +252,15 @@ mod tests {
         let triangle = measured(&impossible, 100.0, 1.0);
         let near = consistent(&triangle, &map(), &prior(1e-6, None));
         assert!(near.smallest_eigenvalues[0] > 0.0 && near.smallest_eigenvalues[0] < 1e-4, "{near:?}");
-        // The bound on the distance from the least must hold for a prior ten times weaker.
+        // The suboptimality bound must also hold against a solution with a ten times weaker prior.
         let nearer = consistent(&triangle, &map(), &prior(1e-7, None));
         assert!(nearer.objective <= near.objective + 1e-6);
         let excess = near.excess.unwrap();
         assert!(near.objective - nearer.objective <= excess + 1e-9 * near.objective, "{near:?} {nearer:?}");
     }
 
-    /// The bodies of the description are a thousand times too small or too large. chi^2 is where the right description
-    /// leaves it, within the bound, and the bound is of the order of the prior's logarithms.
+    /// Nominal bodies are a thousand times too small or too large. chi^2 equals that of the correct description within the
+    /// bound, and the bound is of the order of the cost of the logarithms.
     #[test]
     fn a_wrong_reference_yields_and_the_bound_holds() {
         let triangle = measured(&BODY, 100.0, 1.0);
@@ -259,15 +269,15 @@ mod tests {
         for factor in [1e-3, 1e-2, 1.0, 1e3] {
             let out = of(factor);
             let excess = out.excess.unwrap();
-            assert_eq!(out.outcome, Outcome::Converged);
+            assert_eq!(out.outcome, BarrierStatus::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // 4 logarithms of 0.1 nats, twice: once for what is allowed, once for what the bound itself costs.
+            // 4 logarithms of 0.1 nats, twice: once for the allowed excess, once for the bound itself.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
     }
 
-    /// Data may tell what they tell to any number of digits, and of the rest nothing: A'A is beyond doubles then.
+    /// Data may determine some parameters to many digits and others not at all: A'A then exceeds the precision of doubles.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
@@ -285,10 +295,10 @@ mod tests {
                 block.push(&row, y + random.normal());
             }
             let out = consistent(&block.finish(), &map(), &prior(0.1, Some(BODY.map(|x| 1.3 * x))));
-            assert_eq!(out.outcome, Outcome::Converged, "{precision}: {out:?}");
+            assert_eq!(out.outcome, BarrierStatus::Converged, "{precision}: {out:?}");
             for direction in &directions {
                 let (found, truth) = (along(direction, &out.x), along(direction, &BODY));
-                // Some deviations of one over the root of 200 rows, and the rounding of the rows.
+                // A few sigma, with sigma = 1/sqrt(200 rows), and the rounding of the rows.
                 let expected = 1.0 / precision + 1e-12;
                 assert!((found - truth).abs() < expected, "{precision}: {found} {truth}");
             }
@@ -333,7 +343,7 @@ mod tests {
         let mut random = Random::new(5);
         let (mut a, mut b) = (TriangleBuilder::new(10), TriangleBuilder::new(10));
         for _ in 0..4 {
-            // Four rows for ten parameters: the prior decides the rest.
+            // Four rows for ten parameters: the prior decides the other directions.
             let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
             let y: f64 = row.iter().zip(BODY).map(|(a, b)| a * b).sum();
             a.push(&row, y);

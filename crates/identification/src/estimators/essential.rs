@@ -1,8 +1,8 @@
-//! Essential parameters: the fewest that explain the data as well.
+//! Essential parameters: the smallest set of parameters with nearly the same residual.
 //!
 //! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero.
-//! It goes on while that deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
-//! `growth`. It works on the triangle alone, without a second look at the data.
+//! It continues while that deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
+//! `growth`. It needs the triangle only, not the data.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::{Triangle, select};
@@ -12,7 +12,7 @@ use numerics::triangle::{Triangle, select};
 pub struct Elimination {
     /// Largest over smallest relative standard deviation that may remain.
     pub ratio: f64,
-    /// Growth of the residual norm that is accepted in all.
+    /// Largest total relative growth of the residual norm.
     pub growth: f64,
 }
 
@@ -31,9 +31,9 @@ pub struct Essential {
     pub dropped: Vec<usize>,
     /// The solution, its parameters in the order of `kept`.
     pub solution: Solution,
-    /// p values: zero where dropped.
+    /// The values of all p parameters: zero where dropped.
     pub x: Vec<f64>,
-    /// Residual norm over that of all parameters.
+    /// Residual norm over the residual norm with all parameters.
     pub growth: f64,
 }
 
@@ -47,14 +47,14 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     let full = norm(triangle, &solution);
     let mut growth = 1.0;
     while kept.len() > 1 {
-        // The parameter with the largest relative deviation goes, unless it is near the smallest.
+        // The parameter with the largest relative sigma is the candidate, unless that is within `ratio` of the smallest.
         let relative: Vec<f64> = (0..kept.len()).map(|c| relative_sigma(&solution, c)).collect();
         let smallest = relative.iter().copied().fold(f64::INFINITY, f64::min);
         let Some(worst) = (0..kept.len()).max_by(|&a, &b| relative[a].total_cmp(&relative[b])) else { break };
         if relative[worst] <= limits.ratio * smallest {
             break;
         }
-        // Without it the residual norm may grow by `growth` over that of all parameters.
+        // Without it the residual norm may exceed the norm with all parameters by `growth`.
         let mut fewer = kept.clone();
         let candidate = fewer.remove(worst);
         let reduced = select(triangle, &fewer);
@@ -71,7 +71,7 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     Essential { kept, dropped, solution, x, growth }
 }
 
-/// sigma / |x|; infinite for what is not determined.
+/// sigma / |x| of parameter c; infinite where it is not determined.
 fn relative_sigma(solution: &Solution, c: usize) -> f64 {
     if !solution.determined[c] || solution.x[c] == 0.0 {
         return f64::INFINITY;

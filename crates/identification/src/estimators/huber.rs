@@ -1,4 +1,4 @@
-//! Robust regression: rows that do not fit count less.
+//! Robust regression: outliers have smaller weights.
 //!
 //! Iteratively reweighted least squares with the weights w(u) of `loss`, u = residual / s_j, s_j = 1.4826 median
 //! |residual| of joint j. Huber's weights start from the WLS solution, Tukey's from Huber's solution.
@@ -15,10 +15,12 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
 
-/// Most iterations.
-const MAX_ITERATIONS: usize = 30;
-/// Largest change of a parameter, in its sigmas, at which the iteration ends.
+/// Largest number of reweighting iterations.
+const MAX_REWEIGHTING_ITERATIONS: usize = 30;
+/// The iteration ends where no parameter changes by more than this many sigma.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-3;
+/// Standard deviation over median absolute value of normal numbers.
+const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
@@ -30,23 +32,23 @@ pub struct Reweighted {
     pub observation: Observation,
     /// Share of the rows of each joint beyond the bound of the loss.
     pub outliers: Vec<f64>,
-    /// What each row counts.
+    /// The weights of rows by their residual.
     pub rows: Robust,
-    /// mean w / mean psi'. In the scores of the solution a residual e counts slope w e.
+    /// mean w / mean psi'. In the scores of the solution a residual e is multiplied by slope w.
     pub slope: f64,
 }
 
-/// What rows count by their residual. Whatever follows a robust fit weighs its rows alike.
+/// The weights of rows by their residual. All sums after a robust fit use these weights.
 #[derive(Clone, Debug)]
 pub struct Robust {
-    /// What a residual counts.
+    /// The loss function.
     pub loss: Loss,
-    /// s_j.
+    /// s_j, N m (N).
     scales: Vec<f64>,
 }
 
 impl Robust {
-    /// w(u) of a residual of joint j.
+    /// Weight w(u) of a residual e of joint j, N m (N).
     pub fn weight(&self, j: usize, e: f64) -> f64 {
         self.loss.weight(e / self.scales[j])
     }
@@ -57,7 +59,7 @@ pub fn row_factor(robust: Option<&Robust>, j: usize, e: f64) -> f64 {
     robust.map_or(1.0, |rows| rows.weight(j, e).sqrt())
 }
 
-/// Iterates from the solution `start`.
+/// Reweighted least squares from the solution `start`.
 ///
 /// Fails when a record cannot be read.
 pub fn reweighted<R: Records + ?Sized>(
@@ -79,7 +81,7 @@ pub fn reweighted<R: Records + ?Sized>(
         let change = x.iter().zip(&solution.x).enumerate().map(|(c, (a, b))| {
             (a - b).abs() / (solution.variance * solution.inverse[(c, c)]).sqrt().max(f64::MIN_POSITIVE)
         });
-        if change.fold(0.0, f64::max) < SETTLED_CHANGE_SIGMAS || iterations == MAX_ITERATIONS {
+        if change.fold(0.0, f64::max) < SETTLED_CHANGE_SIGMAS || iterations == MAX_REWEIGHTING_ITERATIONS {
             let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(loss.bound() * scale)).collect();
             let means = Means::of(model, records, &x, &scales, loss)?;
             solution.variance *= means.variance();
@@ -91,7 +93,7 @@ pub fn reweighted<R: Records + ?Sized>(
     }
 }
 
-/// Sums over the rows, u = e / s_j.
+/// Sums over all rows, with u = e / s_j.
 #[derive(Default)]
 struct Means {
     rows: f64,
@@ -125,27 +127,27 @@ impl Means {
         Ok(means)
     }
 
-    /// mean w / mean psi'; 1 where that is no number.
+    /// mean w / mean psi'; 1 where that is not a positive number.
     fn slope(&self) -> f64 {
         Some(self.w / self.slope).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
     }
 
-    /// The robust variance over that of the weighted rows.
+    /// The robust variance over the variance of the weighted rows; 1 where that is not a positive number.
     fn variance(&self) -> f64 {
         let ratio = self.rows * self.psi_psi * self.w / (self.slope * self.slope * self.psi_u);
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0).unwrap_or(1.0)
     }
 }
 
-/// Counts numbers by their absolute value, to a part in 256.
+/// A histogram of absolute values with a resolution of 1/256.
 ///
-/// The leading bits of a float are a logarithmic scale, so a median needs neither the numbers nor their range.
+/// The leading bits of a float are a logarithmic scale, so the median needs neither the numbers nor their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,
 }
 
-/// Number of bits of the fraction that are dropped.
+/// Number of trailing fraction bits that are dropped; 8 bits remain.
 const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {
@@ -163,7 +165,7 @@ impl Sizes {
         self.counts.iter().map(|&c| u64::from(c)).sum()
     }
 
-    /// 1.4826 times the median, which is sigma for normal numbers; 1 without any number.
+    /// 1.4826 times the median, which equals sigma for normal numbers; 1 without any number.
     fn sigma(&self) -> f64 {
         let mut left = self.total() / 2;
         let middle = self.counts.iter().position(|&c| {
@@ -173,10 +175,10 @@ impl Sizes {
         });
         let value =
             |bin: usize| f64::from_bits(((bin as u64) << DROPPED_FRACTION_BITS) | (1 << (DROPPED_FRACTION_BITS - 1)));
-        middle.map_or(1.0, |bin| (1.4826 * value(bin)).max(f64::MIN_POSITIVE))
+        middle.map_or(1.0, |bin| (SIGMA_PER_MEDIAN * value(bin)).max(f64::MIN_POSITIVE))
     }
 
-    /// The share larger than `limit`.
+    /// The share of values larger than `limit`.
     fn beyond(&self, limit: f64) -> f64 {
         let far: u64 =
             self.counts[(limit.to_bits() >> DROPPED_FRACTION_BITS) as usize + 1..].iter().map(|&c| u64::from(c)).sum();
@@ -206,7 +208,7 @@ mod tests {
             let records = [states];
             let robust = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
             let bisquare = reweighted(&model, records.as_slice(), &robust.solution, Loss::Bisquare).unwrap();
-            // Every outlier is thirty sigmas off, and no row of noise is beyond 4.7.
+            // Every outlier has thirty sigma, and no row of noise exceeds 4.7 sigma.
             assert!((bisquare.outliers[0] - 0.05).abs() < 0.04, "{:?}", bisquare.outliers);
             for c in 0..3 {
                 let sigma = 0.1 * robust.solution.inverse[(c, c)].sqrt() * robust.weights[0];
@@ -218,7 +220,7 @@ mod tests {
         let worst = |b: [f64; 3]| b.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         assert!(worst(bias_ls) > 3.0, "{bias_ls:?}");
         assert!(worst(bias) < worst(bias_ls) / 5.0, "{bias:?} {bias_ls:?}");
-        // The mean of thirty runs has a deviation of 0.18 sigma. Huber's estimate is off by half a sigma here.
+        // The mean of thirty runs has a standard deviation of 0.18 sigma. Huber's estimate has a bias of half a sigma here.
         assert!(worst(bias_bisquare) < 0.5 && worst(bias_bisquare) < worst(bias), "{bias_bisquare:?} {bias:?}");
     }
 
@@ -232,7 +234,7 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // At 95 % efficiency the two differ by a standard deviation of 0.23 sigma; four of them are allowed.
+            // At 95 % efficiency the difference has a standard deviation of 0.23 sigma; four of them are allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
         // 17.9 % of a normal distribution lie outside 1.345 sigmas; there are 800 rows.

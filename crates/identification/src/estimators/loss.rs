@@ -1,4 +1,4 @@
-//! What a residual counts: Huber's function and Tukey's.
+//! Loss functions of robust regression: Huber's and Tukey's (bisquare).
 //!
 //! u = residual / s_j, s_j the scale of joint j.
 //!
@@ -7,21 +7,21 @@
 //! | Huber | 1, beyond k: k / abs u | 1, beyond k: 0 | k = 1.345 |
 //! | bisquare | (1 - (u/c)^2)^2, beyond c: 0 | (1 - (u/c)^2)(1 - 5 (u/c)^2), beyond c: 0 | c = 4.685 |
 //!
-//! Both have 95 % of the efficiency of least squares for normal noise. Huber's bounds the influence of a row: outliers
-//! to one side shift the estimate by k times their share. Tukey's takes rows out altogether. It has several minima, and
+//! Both have 95 % of the efficiency of least squares for normal noise. Huber's loss bounds the influence of a row: one-sided
+//! outliers shift the estimate by k times their share. Tukey's loss removes outliers completely. It has several minima, and
 //! the one nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
 
-/// How residuals count.
+/// A loss function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
     /// Squares near zero, absolute values beyond.
     Huber,
-    /// Squares near zero, a constant beyond: those rows count no more.
+    /// Squares near zero, a constant beyond: rows beyond have weight zero.
     Bisquare,
 }
 
 impl Loss {
-    /// What a residual beyond the bound counts, in words.
+    /// The weight of a residual beyond the bound, in words.
     pub fn beyond(self) -> &'static str {
         match self {
             Loss::Huber => "less than fully",
@@ -29,7 +29,7 @@ impl Loss {
         }
     }
 
-    /// The u beyond which residuals count less than they could (Huber), or not at all (bisquare).
+    /// The u beyond which the weight is below 1 (Huber), or zero (bisquare).
     pub fn bound(self) -> f64 {
         match self {
             Loss::Huber => 1.345,
@@ -37,7 +37,7 @@ impl Loss {
         }
     }
 
-    /// w(u).
+    /// Weight w(u).
     pub fn weight(self, u: f64) -> f64 {
         let v = (u / self.bound()).abs();
         match self {
@@ -47,7 +47,7 @@ impl Loss {
         }
     }
 
-    /// psi'(u).
+    /// Derivative psi'(u) of the influence function psi(u) = w(u) u.
     pub fn slope(self, u: f64) -> f64 {
         let v = (u / self.bound()).abs();
         match self {
@@ -62,7 +62,7 @@ impl Loss {
 mod tests {
     use super::*;
 
-    /// psi' is the slope of psi, and the efficiency at the normal distribution, (mean psi')^2 / mean psi^2, is 95 %.
+    /// psi' is the derivative of psi, and the efficiency for normal noise, (mean psi')^2 / mean psi^2, is 95 %.
     #[test]
     fn the_bounds_are_those_of_95_percent() {
         for loss in [Loss::Huber, Loss::Bisquare] {

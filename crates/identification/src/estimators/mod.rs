@@ -1,4 +1,4 @@
-//! From triangles to a solution, one estimator a file.
+//! Estimators: from triangles to a solution, one estimator per file.
 
 pub mod barrier;
 pub mod clusters;

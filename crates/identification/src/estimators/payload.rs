@@ -1,8 +1,8 @@
-//! A load on the last link, from a log with it and a log without.
+//! A load on the last link, from a log with the load and a log without it.
 //!
-//! The load is one more rigid body on the link: its ten parameters phi_L add to those of the link. With X = B phi the
-//! torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs
-//! are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
+//! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. With
+//! X = B phi the torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link.
+//! Both logs are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
 use linear_model::pseudo_inertia::Ten;
 use linear_model::standard_map::StandardMap;
@@ -11,26 +11,25 @@ use nalgebra::DMatrix;
 use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-/// A load and how well it is known.
+/// The parameters of a load with their standard deviations.
 #[derive(Clone, Debug)]
 pub struct Payload {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
     pub parameters: Ten,
-    /// Standard deviations for white noise.
+    /// Standard deviations for white noise, in the units of the parameters.
     pub sigma: Ten,
-    /// 10 x 10.
+    /// Covariance for white noise, 10 x 10.
     pub covariance: DMatrix<f64>,
-    /// By how much they change where the torques of a joint, in both logs, are larger by 100 %: for each joint. The sum over
-    /// all joints is the load itself.
+    /// By joint, the change of the parameters when the torques of that joint, in both logs, grow by 100 %. The sum over all
+    /// joints is the load itself.
     pub by_scale: Vec<Ten>,
     /// Whether the data determine each of them.
     pub determined: [bool; 10],
 }
 
-/// Finds the load on body `link` of the map.
+/// Estimates the load on body `link` of the map, in the frame of that body.
 ///
-/// `without` and `with` are the triangles by joint of the log without the load and of the log with it. `weights` are by
-/// joint.
+/// `without` and `with`: the triangles by joint of the log without the load and of the log with it. `weights`: by joint.
 ///
 /// Fails when the map has no such body or does not fit the triangles.
 pub fn payload(
@@ -49,7 +48,7 @@ pub fn payload(
         let (a, b) = (without.len(), with.len());
         return Err(Error::new(format!("{base} base parameters, {p} columns, {a} and {b} joints do not fit together")));
     }
-    // B_L, the ten columns of the load's link.
+    // B_L, the ten columns of the link that carries the load.
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
     // Rows [W, W B_L] with the load and [W, 0] without, from the triangles of each joint.

@@ -1,116 +1,115 @@
-//! Standard deviations to believe where the model does not explain everything.
+//! Cluster-robust standard deviations, for residuals that are not white noise.
 //!
-//! x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, the rows weighted. White noise gives s^2 A^-1. What a model leaves
-//! unexplained is not white, and most of it is not noise: it is the same wherever the robot is in the same state. Rows
-//! that share one error are a cluster, whose sum of h counts as one draw,
+//! x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, with weighted rows. White noise gives s^2 A^-1. The residual of a
+//! model is not white, and most of it is not noise: it repeats wherever the robot is in the same state. Rows that share
+//! one error are a cluster, whose sum of h counts as one draw,
 //!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
-//! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k restores it. With k = 1, x - S_g is the fit
-//! without the cluster and f = (G - 1) / G, which is the jackknife. With k = 1/2,
-//! (1 - A^-1 A_g / 2)^-1 is (1 - A^-1 A_g)^(-1/2) but for terms of the second order, and for errors of equal strength
-//! this leaves no bias with f = 1 [Bell, McCaffrey 2002].
+//! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k corrects for it. With k = 1, x - S_g is the
+//! fit without the cluster and f = (G - 1) / G, which is the jackknife. With k = 1/2, (1 - A^-1 A_g / 2)^-1 equals
+//! (1 - A^-1 A_g)^(-1/2) up to terms of second order, and for errors of equal variance this is unbiased with f = 1
+//! [Bell, McCaffrey 2002].
 //!
-//! | clusters | hold | k, f |
+//! | clusters | errors that they share | k, f |
 //! |---|---|---|
-//! | the parts of the record, a twentieth of it each | noise that stays the same for a while, and drift | 19/20, (G - 1)/G |
-//! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, play: they are the same at every pass | 1/2, 1 |
-//! | the logs, where there are several | what changes from log to log, or from motion to motion | 1/2, 1 |
-//! | rows of a joint whose position is of one eighth of its range | ripple, friction that grows with the load, cross talk, a base that yields: they are the same at every pass of a position | 1/2, 1 |
+//! | blocks of the record, a twentieth of it each | slow noise and drift | 19/20, (G - 1)/G |
+//! | rows of a joint with speed in one octave, from below 1/16 up to 1 of its largest | another friction law, hysteresis at reversals, play: equal at every pass | 1/2, 1 |
+//! | the logs, where there are several | changes from log to log, or from motion to motion | 1/2, 1 |
+//! | rows of a joint with position in one eighth of its range | ripple, load-dependent friction, cross talk, a compliant base: equal at every pass of a position | 1/2, 1 |
 //!
-//! Drifts outlast the parts, so that k is near one there and the estimate is on the wide side. A twentieth of a part
-//! stays, because otherwise a direction that one part alone shows would have no value.
+//! Drifts last longer than the blocks, so k is near one there, which overestimates the deviation. A twentieth of a block
+//! is kept, because otherwise a direction that one block alone shows would have no value.
 //!
-//! Where all noise is white, the rows of the table estimate one variance. The largest of them is then too large by
-//! the scatter of their few draws, and their mean is not. Slow noise raises the variance by parts above that by bands,
-//! for nearly every parameter, and what the model lacks raises the variance by bands above that by parts. There the
-//! larger is right. The median over the parameters of the one variance over the other tells which case it is
-//! (`ALIKE_OCTAVES`, `APART_OCTAVES`, `MIN_TELLING_PARAMETERS`): first for speed and position, then for what both give
-//! and the parts. No sigma is below that of white noise.
-//! `tests/benches/coverage.rs` measures the result. Logs are too few to say what they agree with: theirs is a lower bound, without
-//! the quantile of Student's t, which for two logs would be 6 times that.
+//! With white noise only, all rows of the table estimate one variance. The largest of them then overestimates it, by the
+//! scatter of few draws, and their mean does not. Slow noise makes the variance by blocks larger than the variance by
+//! bands, for nearly every parameter; errors of the model make the variance by bands larger. In both cases the larger one
+//! is right. The case follows from the median over parameters of the ratio of both variances (`EQUAL_OCTAVES`,
+//! `DIFFERENT_OCTAVES`, `LEAST_COMPARED_PARAMETERS`): first for speed and position, then for their result and the blocks.
+//! No sigma is below the sigma for white noise. `tests/benches/coverage.rs` measures the result. Logs are too few for such
+//! a comparison: their deviation is a lower bound, without the quantile of Student's t, which is 6 times larger for two logs.
 //!
-//! An error that looks like a column of W cannot be seen here. Examples are a wrong gain, a wrong gravity, and friction
-//! that grows with the speed in another way over the whole range.
+//! An error that is a combination of columns of W is not detectable here. Examples are a wrong gain, a wrong gravity, and
+//! friction that grows differently with the speed over the whole range.
 
 use std::sync::Arc;
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::Solution;
-use numerics::student::reach;
+use numerics::student::two_sided_quantile;
 use numerics::triangle::Triangle;
 
-use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
+use crate::estimators::clusters::{Cluster, FullNormalMatrix, REMAINDER_ROUNDING_SHARE};
 use crate::estimators::huber::Reweighted;
 use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::{Observation, weighted};
 
-/// k of the parts of the record.
-const PART_LEVERAGE_EXPONENT: f64 = 0.95;
-/// k of the bands of speed.
-const BAND_LEVERAGE_EXPONENT: f64 = 0.5;
+/// k of the blocks of the record.
+const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
+/// k of the bands of speed and position, and of the logs.
+const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
-/// Limits for log2 of the ratio of the variance by speed to that by part, median of the parameters. Up to the first
-/// their mean counts, from the second on the larger, and between them a part of both. Measured on 24 records of a UR5:
-/// white noise 0.0 to 0.75; slow noise 1.1 and more; friction of another law, ripple and play 0.5 and more, up to where
-/// both are nearly one.
-const ALIKE_OCTAVES: f64 = 0.5;
-/// The second of these limits.
-const APART_OCTAVES: f64 = 1.0;
+/// Two variances count as equal where |log2| of their ratio, median over the parameters, is at most this: then their mean
+/// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
+/// ripple and play at least 0.5.
+const EQUAL_OCTAVES: f64 = 0.5;
+/// Two variances count as different from this |log2| of their ratio on: then the larger is used. In between, both results
+/// are interpolated.
+const DIFFERENT_OCTAVES: f64 = 1.0;
 
 /// Probability of an error beyond the interval.
 const INTERVAL_RISK: f64 = 0.05;
 
-/// Fewer parameters do not tell the cases apart, because the ratio of a single one scatters by an octave and more.
-const MIN_TELLING_PARAMETERS: usize = 20;
+/// Least number of parameters for that comparison, because the ratio of a single one scatters by more than an octave.
+const LEAST_COMPARED_PARAMETERS: usize = 20;
 
-/// The standard deviations of the parameters, by the kind of error they allow for; zero where the data determine
-/// nothing. Those of replicates are wider by the quantile of Student's t over that of a normal error.
+/// The standard deviations of the parameters, by kind of error; zero where the data determine nothing. Cluster-robust ones
+/// are inflated by the quantile of Student's t over the quantile of a normal error.
 #[derive(Clone, Debug)]
 pub struct ReplicateDeviation {
-    /// White noise.
+    /// For white noise.
     pub white: Vec<f64>,
-    /// The parts of the record as replicates.
+    /// With the blocks of the record as clusters.
     pub by_part: Vec<f64>,
-    /// The bands of speed of each joint as replicates.
+    /// With the bands of speed of each joint as clusters.
     pub by_speed: Vec<f64>,
-    /// The bands of position of each joint as replicates.
+    /// With the bands of position of each joint as clusters.
     pub by_position: Vec<f64>,
-    /// By how much the error of each log moves the parameters; empty where there is one log.
+    /// By log, the change of the parameters by its error; empty where there is one log.
     pub moved_by_logs: Vec<Vec<f64>>,
-    /// How many correlated samples are worth one.
+    /// How many correlated samples count as one.
     ///
-    /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
-    /// alike their samples are.
+    /// It is computed with k = 0, because the share that the fit has absorbed depends on the number of blocks, and not on
+    /// the correlation of their samples.
     pub correlated: f64,
 }
 
 impl ReplicateDeviation {
-    /// The deviation to believe, one per parameter: the one within logs, and at least that by logs.
+    /// The standard deviation to use, one per parameter: the one within logs, at least the one by logs.
     pub fn sigma(&self) -> Vec<f64> {
         self.within_logs().into_iter().enumerate().map(|(c, sigma)| sigma.max(self.by_log(c))).collect()
     }
 
-    /// The deviation to believe where what changes from log to log does not count.
+    /// The standard deviation without changes from log to log.
     ///
-    /// It is the largest of the three where they disagree, their mean where they do not, and at least that of white noise.
+    /// It is the largest of the three where they differ, their mean where they agree, and at least that for white noise.
     pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 
-    /// What the deviations to believe are at least, where there are several logs: those by logs.
+    /// The standard deviation of parameter c by logs: a lower bound; 0 where there is one log.
     fn by_log(&self, c: usize) -> f64 {
         self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
 }
 
-/// Two deviations of each parameter as one: the root of the larger variance where they disagree, of the mean where they do
-/// not.
+/// Two standard deviations of each parameter combined: the root of the larger variance where they differ, of the mean where
+/// they agree.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
-    let ratio = median_ratio(above, below).filter(|_| above.len() >= MIN_TELLING_PARAMETERS);
-    // Where nothing says that they agree, they count as disagreeing.
+    let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
+    // Without enough parameters they count as different.
     let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
-    let apart = ((octaves - ALIKE_OCTAVES) / (APART_OCTAVES - ALIKE_OCTAVES)).clamp(0.0, 1.0);
+    let apart = ((octaves - EQUAL_OCTAVES) / (DIFFERENT_OCTAVES - EQUAL_OCTAVES)).clamp(0.0, 1.0);
     let variance = |a: f64, b: f64| {
         let apart = if a > 0.0 && b > 0.0 { apart } else { 1.0 };
         apart * a.max(b) + (1.0 - apart) * 0.5 * (a + b)
@@ -118,7 +117,7 @@ fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     above.iter().zip(below).map(|(a, b)| variance(a * a, b * b).sqrt()).collect()
 }
 
-/// The median over the parameters of the ratio of two variances, from their deviations; `None` where no parameter has
+/// The median over the parameters of the ratio of two variances, from standard deviations; `None` where no parameter has
 /// both.
 fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     let ratio = |(above, below): (&f64, &f64)| Some((above / below).powi(2)).filter(|r| r.is_finite() && *r > 0.0);
@@ -127,8 +126,7 @@ fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     ratios.get(ratios.len() / 2).copied()
 }
 
-/// The bands of speed and position of a fit, without rows yet; `reweighted` says how its rows are reweighted, where they
-/// are.
+/// The empty bands of speed and position of a fit; `reweighted`: the robust weights of its rows, where it has them.
 pub fn state_bands<'a>(
     model: &Model,
     observation: &'a Observation,
@@ -140,9 +138,9 @@ pub fn state_bands<'a>(
     StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The deviations of a fit, from its rows, its solution, its weights by joint and its [`state_bands`].
+/// The standard deviations of a fit, from its rows, its solution, its weights by joint and its [`state_bands`].
 ///
-/// The rows are reweighted where `reweighted` says how. `bands` hold the rows and residuals.
+/// `reweighted`: the robust weights of rows, where the fit has them. `bands` must contain the rows and residuals.
 pub fn replicate_deviation(
     model: &Model,
     observation: &Observation,
@@ -151,19 +149,19 @@ pub fn replicate_deviation(
     reweighted: Option<&Reweighted>,
     bands: StateBands,
 ) -> ReplicateDeviation {
-    let whole = Whole::of(&weighted(&observation.joints(|_| true), weights));
+    let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
+    // psi(u) s = slope w e: a residual in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
     ReplicateDeviation { moved_by_logs, ..found }
 }
 
-/// By how much the error of each of several logs moves the parameters, times `slope`.
+/// By log, the change of the parameters by the error of that log, times `slope`; empty where there is one log.
 pub fn moved_by_logs(
-    whole: &Whole,
+    whole: &FullNormalMatrix,
     observation: &Observation,
     solution: &Solution,
     weights: &[f64],
@@ -171,29 +169,31 @@ pub fn moved_by_logs(
 ) -> Vec<Vec<f64>> {
     let moved = |(_, joints): (usize, Vec<Triangle>)| {
         let log = Cluster::of(&weighted(&joints, weights), &solution.x);
-        let moved = whole.moved(&log, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)?;
+        let moved = whole.moved(&log, BAND_LEVERAGE_SHARE, REMAINDER_ROUNDING_SHARE)?;
         Some(moved.into_iter().map(|s| slope * s).collect::<Vec<f64>>())
     };
     observation.logs().into_iter().filter_map(moved).collect()
 }
 
-/// From all rows, those of the parts, those of the bands of speed and of position, the factor of the scores, and the deviations of white noise.
+/// The standard deviations from all rows, the clusters of blocks and of bands of speed and position, the factor `slope` of the
+/// scores, and the standard deviations for white noise.
 pub(crate) fn of_clusters(
-    whole: &Whole,
+    whole: &FullNormalMatrix,
     parts: &[Cluster],
     [speed, position]: [Vec<Cluster>; 2],
     slope: f64,
     white: Vec<f64>,
 ) -> ReplicateDeviation {
     let count = parts.len() as f64;
-    // 1.96 of a deviation of few draws are to be the 95 % interval: Student's t, for as many as the parts are.
-    let wider = reach(INTERVAL_RISK, (count - 1.0).max(1.0)) / reach(INTERVAL_RISK, f64::INFINITY);
+    // Inflated so that 1.96 sigma is the 95 % interval of Student's t with one degree of freedom fewer than blocks.
+    let wider =
+        two_sided_quantile(INTERVAL_RISK, (count - 1.0).max(1.0)) / two_sided_quantile(INTERVAL_RISK, f64::INFINITY);
     let scaled =
         |factor: f64, variance: Vec<f64>| variance.into_iter().map(|v| factor * v.sqrt()).collect::<Vec<f64>>();
     let root = |variance: Vec<f64>| scaled(slope * wider, variance);
     let by_part = root(
         whole
-            .variance(parts, PART_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)
+            .variance(parts, BLOCK_LEVERAGE_SHARE, REMAINDER_ROUNDING_SHARE)
             .into_iter()
             .map(|v| v * (count - 1.0) / count)
             .collect(),
@@ -207,13 +207,13 @@ pub(crate) fn of_clusters(
     ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated }
 }
 
-/// The deviation by bands of speed or of position, times `wider`.
-pub fn by_band(whole: &Whole, bands: &[Cluster], wider: f64) -> Vec<f64> {
-    let variance = whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE);
+/// The standard deviation with bands of speed or of position as clusters, times `wider`.
+pub fn by_band(whole: &FullNormalMatrix, bands: &[Cluster], wider: f64) -> Vec<f64> {
+    let variance = whole.variance(bands, BAND_LEVERAGE_SHARE, REMAINDER_ROUNDING_SHARE);
     variance.into_iter().map(|v| wider * v.sqrt()).collect()
 }
 
-/// s sqrt(A^-1_cc): what white noise alone would leave.
+/// The standard deviation for white noise, s sqrt(A^-1_cc).
 pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
@@ -243,8 +243,8 @@ mod tests {
         (solution, found)
     }
 
-    /// White, by-part and believed variance over that of the estimate, in noise that keeps `rho` of itself from sample
-    /// to sample.
+    /// Variance for white noise, by blocks and of sigma, over the true variance of the estimate, in noise with correlation
+    /// `rho` from sample to sample.
     fn calibration(rho: f64) -> [f64; 3] {
         let (arm, model) = pendulum();
         let mut random = Random::new(11);
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn slow_noise_is_not_taken_for_white() {
         let [white, by_part, _] = calibration(0.9);
-        // Twelve seconds hold sixty independent samples. 150 runs give a variance to 12 %, and twenty draws scatter.
+        // Twelve seconds contain sixty independent samples. 150 runs give a variance to 12 %, and twenty draws scatter.
         assert!(white < 0.2, "{white}");
         assert!((0.65..1.5).contains(&by_part), "{by_part}");
     }
@@ -281,19 +281,19 @@ mod tests {
                 .sigma()[..3]
                 .to_vec()
         };
-        // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
+        // The median ratio is 1, so the mean of the variances is used for every parameter.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
-        // Three parameters are too few to tell.
+        // Three parameters are too few for a comparison.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 1), [1.0, 7.0, 7.0]);
         // The median ratio is two octaves, in either direction.
         assert_eq!(sigma([1.0, 1.0, 1.0], [2.0, 3.0, 0.9], 7), [2.0, 3.0, 1.0]);
         assert_eq!(sigma([2.0, 3.0, 0.9], [1.0, 1.0, 1.0], 7), [2.0, 3.0, 1.0]);
-        // Missing deviations by speed do not count as agreement, and white noise is the least.
+        // Missing deviations by speed do not count as agreement, and white noise is the lower bound.
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
-    /// The largest of three estimates of one figure is 1.3 times it, not more. Three parameters are too few to tell
-    /// whether they agree.
+    /// The largest of three estimates of one variance is about 1.3 times that variance. Three parameters are too few for a
+    /// comparison.
     #[test]
     fn white_noise_stays_white() {
         let [white, by_part, sigma] = calibration(0.0);
@@ -301,8 +301,8 @@ mod tests {
         assert!((1.0..1.9).contains(&sigma), "{sigma}");
     }
 
-    /// Friction that the model lacks is the same at every pass, however long the record. Parts of the record agree with
-    /// one another, and the bands of speed do not.
+    /// Friction that the model lacks is equal at every pass, for any length of the record. Blocks of the record agree with
+    /// each other, and the bands of speed do not.
     #[test]
     fn what_the_model_lacks_is_not_averaged_away() {
         let arm = Pendulum::new();
@@ -340,7 +340,7 @@ mod tests {
         };
         let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
-            // Either log alone is off by 0.05 x, and what two such logs say is as unsure.
+            // Each log alone has an error of 0.05 x, and the result of both has the same standard deviation.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
@@ -369,7 +369,7 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // A sinusoid of one phase is no draw of many: its error stays at its largest for a third of all phases.
+        // A sinusoid is a single draw: its error is near its maximum for a third of all phases.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

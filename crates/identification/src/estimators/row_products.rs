@@ -1,10 +1,10 @@
-//! The products of the columns of some rows with one another, eight rows at a time.
+//! Products of the columns of rows with each other, computed in blocks of eight rows (SIMD lanes).
 
 use generated::Eight;
 use numerics::reflection::add_products;
 use numerics::row_block::RowBlock;
 
-/// Rows of one joint: the columns that its torque can depend on, then one number more, a residual or a torque.
+/// Sums of products of rows of one joint: the columns that its torque can depend on, and a residual or torque as the last.
 #[derive(Clone)]
 pub struct RowProducts {
     places: Vec<usize>,
@@ -15,16 +15,16 @@ pub struct RowProducts {
 }
 
 impl RowProducts {
-    /// Of `columns` columns, without rows.
+    /// Empty sums for `columns` columns.
     pub fn new(columns: usize) -> RowProducts {
         let entries = columns + 1;
         let places = (0..entries).collect();
         RowProducts { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
     }
 
-    /// Takes in eight rows: their entries at `places`, then `right`, each multiplied by its weight.
+    /// Adds eight rows: their entries at `places`, then `right`, each multiplied by the weight of its row.
     pub fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
-        // A row that does not count may hold NaN, which a weight of zero does not remove.
+        // A row of weight zero may contain NaN, and 0 * NaN is NaN.
         let weighted = |x: &[f64; 8]| {
             let mut row = Eight([0.0; 8]);
             for lane in 0..8 {
@@ -42,13 +42,13 @@ impl RowProducts {
         }
     }
 
-    /// Adds the rows that follow.
+    /// Adds the sums of other rows.
     pub fn append(&mut self, next: RowProducts) {
         let next = next.finish();
         self.products.iter_mut().zip(&next).for_each(|(sum, product)| *sum += product);
     }
 
-    /// The products of all rows. Product (i, j), i <= j, of m columns and the number behind them stands at j (m + 1) + i.
+    /// The products of all rows. Product (i, j), i <= j, of m columns and the last number is at index j (m + 1) + i.
     pub fn finish(mut self) -> Vec<f64> {
         self.complete();
         self.products

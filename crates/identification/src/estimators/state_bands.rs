@@ -1,9 +1,9 @@
-//! The rows of each joint by its state: one cluster for each octave of its speed, and one for each eighth of its range.
+//! Clusters of the rows of each joint by its state: one per octave of its speed, and one per eighth of its range.
 //!
-//! The octaves go from below 1/16 up to 1 of its largest speed. The friction that a model lacks is the same at every pass
-//! of such a band; ripple, load and a base that yields are the same at every pass of a position (`replicate_deviation`).
-//! Each row stands in one band of either kind. Its products are summed once, in the cell of both, and the cells of a band
-//! at the end.
+//! The octaves cover less than 1/16 up to 1 of its largest speed. The error of a friction law is equal at every pass of a
+//! speed band; errors by ripple, load and a compliant base are equal at every pass of a position (`replicate_deviation`).
+//! Each row is in one band of each kind. Its products are summed once, in the cell of both bands; the cells of a band are
+//! summed at the end.
 
 use std::sync::Arc;
 
@@ -17,37 +17,37 @@ use crate::rows::residual_sums::ResidualSum;
 /// Upper ends of the bands of speed, as shares of the joint's largest speed. The last band has none.
 const SPEED_BAND_ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
-/// Bands of a joint by its speed.
+/// Number of speed bands of a joint.
 const SPEED_BANDS: usize = SPEED_BAND_ENDS.len() + 1;
-/// Bands of a joint by its position: equal parts of the range of the record.
+/// Number of position bands of a joint, of equal width over its range.
 const POSITION_BANDS: usize = 8;
-/// Cells of a joint, those of one band of speed together.
+/// Number of cells of a joint; the cells of one speed band are adjacent.
 const CELLS_PER_JOINT: usize = SPEED_BANDS * POSITION_BANDS;
 
-/// What the rows of a band share.
+/// The property that the rows of a band share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Shared {
+pub enum BandContent {
     /// The octave of their joint's speed.
     Speed,
-    /// The part of their joint's range.
+    /// The eighth of their joint's range.
     Position,
 }
 
-/// How much a row counts, from its joint and its residual.
+/// The weight of a row, from its joint and its residual.
 pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
 
-/// Rows by joint and cell, weighted, with their residuals as the right-hand side.
+/// Products of weighted rows by joint and cell, with residuals as the right-hand side.
 #[derive(Clone)]
 pub struct StateBands<'a> {
     /// The largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
     seen: &'a Observation,
     weight: CountOf<'a>,
-    /// `None` where no row is.
+    /// By joint and cell; `None` without a row.
     cells: Vec<Option<RowProducts>>,
 }
 
 impl<'a> StateBands<'a> {
-    /// Without rows; `seen` has the speeds and positions of all of them.
+    /// Empty bands; `seen`: speeds and positions of all rows.
     pub fn new(model: &Model, seen: &'a Observation, weight: CountOf<'a>) -> StateBands<'a> {
         StateBands { seen, weight, cells: vec![None; model.n() * CELLS_PER_JOINT] }
     }
@@ -62,24 +62,23 @@ impl<'a> StateBands<'a> {
         of
     }
 
-    /// The joint of each band that has rows, what these share, and the products of their columns and of the residual
-    /// behind them.
+    /// For each band with rows: its joint, its kind, and the products of its m columns and of the residual as the last.
     ///
-    /// Product (i, j), i <= j, stands at j (m + 1) + i.
-    pub(crate) fn products(self) -> impl Iterator<Item = (usize, Shared, Vec<f64>)> {
+    /// Product (i, j), i <= j, is at index j (m + 1) + i.
+    pub(crate) fn products(self) -> impl Iterator<Item = (usize, BandContent, Vec<f64>)> {
         let cells: Vec<Option<Vec<f64>>> = self.cells.into_iter().map(|cell| cell.map(RowProducts::finish)).collect();
         let bands = |j: usize| {
             let cell = |speed: usize, position: usize| &cells[j * CELLS_PER_JOINT + speed * POSITION_BANDS + position];
-            let by_speed = (0..SPEED_BANDS).map(|s| (Shared::Speed, sum((0..POSITION_BANDS).map(|p| cell(s, p)))));
+            let by_speed = (0..SPEED_BANDS).map(|s| (BandContent::Speed, sum((0..POSITION_BANDS).map(|p| cell(s, p)))));
             let by_position =
-                (0..POSITION_BANDS).map(|p| (Shared::Position, sum((0..SPEED_BANDS).map(|s| cell(s, p)))));
+                (0..POSITION_BANDS).map(|p| (BandContent::Position, sum((0..SPEED_BANDS).map(|s| cell(s, p)))));
             by_speed.chain(by_position).filter_map(|(shared, sum)| Some((j, shared, sum?))).collect::<Vec<_>>()
         };
         (0..cells.len() / CELLS_PER_JOINT).flat_map(bands).collect::<Vec<_>>().into_iter()
     }
 }
 
-/// The sum of the cells that have rows; `None` where none has.
+/// The sum of the cells with rows; `None` where no cell has rows.
 fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>> {
     cells.flatten().fold(None, |sum, cell| match sum {
         None => Some(cell.clone()),
@@ -91,8 +90,8 @@ fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>
 }
 
 impl ResidualSum for StateBands<'_> {
-    /// Successive samples are mostly in one cell. So all eight go into each cell that one of them is in, with weight zero
-    /// where they belong to another.
+    /// Successive samples are mostly in one cell. So all eight are added to each cell that contains one of them, with weight
+    /// zero for samples of other cells.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
@@ -128,12 +127,12 @@ impl ResidualSum for StateBands<'_> {
 }
 
 impl StateBands<'_> {
-    /// The cell of a joint at a position and velocity.
+    /// The cell of joint j at position q, rad (m), and velocity dq, rad/s (m/s).
     fn cell(&self, j: usize, q: f64, dq: f64) -> usize {
         let speed = dq.abs();
         let by_speed = SPEED_BAND_ENDS.iter().take_while(|&&end| speed > end * self.seen.speed[j]).count();
         let (least, greatest) = self.seen.range[j];
-        // NaN of a joint that stands still is the first band.
+        // A joint at standstill gives NaN, which the cast maps to the first band.
         let by_position = ((POSITION_BANDS as f64 * (q - least) / (greatest - least)) as usize).min(POSITION_BANDS - 1);
         by_speed * POSITION_BANDS + by_position
     }

@@ -1,7 +1,7 @@
 //! Ordinary and weighted least squares from the triangles of the joints.
 //!
-//! OLS weighs all rows alike. WLS multiplies the rows of joint j by 1 / std(residual of joint j), three times over
-//! [Gautier 1997]. Both follow from the same triangles. The robust weights (`huber`) need the rows again.
+//! OLS gives all rows the same weight. WLS multiplies the rows of joint j by 1 / std(residual of joint j), in three
+//! iterations [Gautier 1997]. Both need the same triangles only. Robust weights (`huber`) need the rows again.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::Triangle;
@@ -14,18 +14,18 @@ use crate::rows::observation::weighted;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weights {
-    /// All alike: ordinary least squares.
+    /// Equal weights: ordinary least squares.
     None,
     /// By the standard deviation of the joint's residual: weighted least squares.
     Joint,
-    /// As `Joint`, and rows that do not fit count less: robust regression.
+    /// As `Joint`, with smaller weights of outliers: robust regression.
     Huber,
-    /// As `Huber`, and from there on rows that do not fit at all do not count.
+    /// Starts from `Huber`, with weight zero of large outliers.
     Bisquare,
 }
 
 /// The texts and the losses of a choice of weights.
-struct Choice {
+struct WeightsChoice {
     word: &'static str,
     method: &'static str,
     help: &'static str,
@@ -33,7 +33,7 @@ struct Choice {
 }
 
 impl Weights {
-    /// All of them.
+    /// All choices.
     pub const ALL: [Weights; 4] = [Weights::None, Weights::Joint, Weights::Huber, Weights::Bisquare];
 
     /// The word of flags and option files.
@@ -51,35 +51,35 @@ impl Weights {
         self.choice().method
     }
 
-    /// One line of help on what the rows weigh.
+    /// One line of help on the weights.
     pub fn help(self) -> &'static str {
         self.choice().help
     }
 
-    /// The losses that weigh the rows, one after the other, from the solution by joint on; empty where the triangles
-    /// are enough.
+    /// The losses that weight the rows, applied one after the other from the WLS solution; empty where the triangles are
+    /// sufficient.
     pub fn losses(self) -> &'static [Loss] {
         self.choice().losses
     }
 
-    fn choice(self) -> Choice {
+    fn choice(self) -> WeightsChoice {
         match self {
             Weights::None => {
-                Choice { word: "none", method: "ordinary least squares", help: "all alike (OLS)", losses: &[] }
+                WeightsChoice { word: "none", method: "ordinary least squares", help: "all alike (OLS)", losses: &[] }
             }
-            Weights::Joint => Choice {
+            Weights::Joint => WeightsChoice {
                 word: "joint",
                 method: "least squares weighted by joint",
                 help: "by the residual of their joint (WLS)",
                 losses: &[],
             },
-            Weights::Huber => Choice {
+            Weights::Huber => WeightsChoice {
                 word: "huber",
                 method: "robust least squares (Huber), weighted by joint",
                 help: "as joint, and less where they do not fit",
                 losses: &[Loss::Huber],
             },
-            Weights::Bisquare => Choice {
+            Weights::Bisquare => WeightsChoice {
                 word: "bisquare",
                 method: "robust least squares (bisquare from Huber's), weighted by joint",
                 help: "as huber, and nothing where they do not fit at all",
@@ -89,15 +89,17 @@ impl Weights {
     }
 }
 
-/// Number of reweightings of WLS.
+/// Number of reweighting iterations of WLS.
 const REWEIGHTING_ROUNDS: usize = 3;
+/// Smallest mean square residual over the mean square torque, at the level of rounding.
+const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 
-/// Solves with the weights asked for; also returns the weights.
+/// Solves with these weights; returns the solution and the weights by joint, 1/(N m) (1/N) or ones.
 pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     if weights != Weights::None {
         for _ in 0..REWEIGHTING_ROUNDS {
-            // Any solution will do, because all of them leave the same residuals.
+            // Any least-squares solution is sufficient, because all of them have the same residuals.
             let x = weighted(joints, &w).solution();
             w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();
         }
@@ -108,8 +110,8 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
 /// 1 / root mean square of the residual; 1 for a joint without rows or without torque.
 fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     let (total, residual) = joint.squares(x);
-    // A residual at the level of rounding would give the joint all the weight there is.
-    let floor = 1e-20 * total;
+    // A residual at the level of rounding would give the joint a huge weight.
+    let floor = ROUNDING_SQUARE_SHARE * total;
     if joint.rows == 0 || total == 0.0 { 1.0 } else { (joint.rows as f64 / residual.max(floor)).sqrt() }
 }
 
@@ -128,7 +130,7 @@ mod tests {
             assert_eq!(serde_yaml::to_string(&weights).unwrap().trim(), weights.word());
         }
         let refused = serde_yaml::from_str::<Weights>("unknown").unwrap_err().to_string();
-        // The reader of options ends its line with the words it knows.
+        // The error of the options parser ends with the list of known words.
         let words = Weights::ALL.map(Weights::word).join(", ");
         assert!(refused.contains(&format!("one of {words}\n")), "{refused}");
     }

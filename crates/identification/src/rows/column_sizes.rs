@@ -1,27 +1,27 @@
-//! How large the columns of a regressor are where any joint may move, beside which the columns of a record are looked at.
+//! Typical magnitudes of the columns of a regressor when all joints move, as a reference for the columns of a record.
 //!
-//! A joint that stands still leaves columns that are zero but for rounding, 1e-16 of what they are elsewhere. Scaled to unit
-//! norm, as least squares scales them, rounding would decide their parameters.
+//! Columns of a joint at standstill are zero up to rounding, 1e-16 of their typical magnitude. Least squares scales columns
+//! to unit norm, so rounding would determine their parameters.
 
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column below this share of its size elsewhere says nothing. Rounding is 1e-15 of it, so what is left has seven digits. Right
-/// angles that a log has to six digits leave 1e-7 and more: such a column is small, is so in every part of a log, and is kept.
+/// A column below this share of its typical magnitude is neglected. With rounding of 1e-15 a larger column has seven digits.
+/// Right angles with six digits in a log give 1e-7 and more: such a small column is small in every block, and is kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
-/// States at which columns are looked at.
-const STATES: usize = 15;
+/// Number of random states at which columns are evaluated.
+const REFERENCE_STATES: usize = 15;
 
-/// The size of each base column: its largest entry of all coordinates, the median of it over states anywhere at which every
-/// joint moves with this speed, rad/s (m/s), and acceleration, rad/s^2 (m/s^2). Near a singularity of a loop a column is as
-/// large as one likes, which the median does not see; a state at which no loop closes counts as zero.
+/// The magnitude of each base column: the largest entry over coordinates, median over random states in which every joint
+/// moves at up to this speed, rad/s (m/s), and acceleration, rad/s^2 (m/s^2). Near a singularity of a loop a column has no
+/// upper bound, which does not change the median; a state at which no loop closes counts as zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);
     let mut entries = vec![0.0; n * p];
-    let mut sizes = vec![Vec::with_capacity(STATES); p];
-    for _ in 0..STATES {
+    let mut sizes = vec![Vec::with_capacity(REFERENCE_STATES); p];
+    for _ in 0..REFERENCE_STATES {
         let position = |k: usize| if regressor.is_prismatic(k) { 0.5 } else { std::f64::consts::PI };
         let q: Vec<f64> = (0..n).map(|k| random.between(-position(k), position(k))).collect();
         let mut rates = |most: f64| (0..n).map(|_| random.between(-most, most)).collect::<Vec<f64>>();
@@ -33,7 +33,7 @@ pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: 
     }
     let median = |mut sizes: Vec<f64>| {
         sizes.sort_by(f64::total_cmp);
-        sizes[STATES / 2]
+        sizes[REFERENCE_STATES / 2]
     };
     sizes.into_iter().map(median).collect()
 }

@@ -1,10 +1,10 @@
-//! The observation matrix, streamed: the rows of many instants go into one triangle per joint.
+//! The observation matrix W, block by block: the rows of many samples are reduced to one triangle per joint.
 //!
-//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j. The parameters are those of the regressor, then the friction
-//! of each joint, then the couplings of the transmission. W is never held: blocks of 128 rows, without zeros, are
-//! filled and folded in while they are in the cache. A joint's triangle has only the columns that its torque can depend
-//! on. Rows of different joints are kept apart, so weights by joint need no second pass. Contiguous parts of the record
-//! are kept apart too, so leaving parts out (validation) needs none either.
+//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j. The parameters are the base parameters, then the friction of each
+//! joint, then the couplings of the transmission. W is never stored: blocks of 128 rows, without zero columns, are computed
+//! and folded into the triangle while they are in the cache. The triangle of a joint has only the columns that its torque
+//! can depend on. Rows of different joints are separate, so weights by joint need no second pass. Contiguous blocks of
+//! the record are separate too, so cross-validation needs none either.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -21,16 +21,16 @@ use crate::signals::records::Records;
 /// The weight of a row as a function of its residual: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
-    /// Parameters whose residual is meant.
+    /// Parameters x of the residual.
     pub x: &'a [f64],
     /// The factor of a row, from its joint and its residual.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Threads do not pay with fewer samples than this. A log of twenty thousand rows has as many left.
+/// With fewer samples, starting threads takes longer than it saves. A log of twenty thousand rows has about so many samples.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
-/// One triangle per joint of the samples in a range; `least`: base columns that are no larger are none.
+/// One triangle per joint of the samples in a range; `least`: rms of base columns up to which they count as zero.
 fn part_of_rows(
     model: &Model,
     states: &States,
@@ -68,7 +68,7 @@ fn part_of_rows(
                 }
                 for &place in &model.layout.joints[j].places {
                     for (x, factor) in group[place].0.iter_mut().zip(factors) {
-                        // A row that does not count may hold NaN, which a factor of zero does not remove.
+                        // An unused row may contain NaN, and 0 * NaN is NaN.
                         *x = if factor == 0.0 { 0.0 } else { factor * *x };
                     }
                 }
@@ -80,43 +80,42 @@ fn part_of_rows(
     finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
-/// Root mean squares of the base columns up to which they say nothing: those of joints that stand still are rounding.
+/// Rms of the base columns up to which they are neglected: columns of joints at standstill are rounding.
 fn negligible(model: &Model, states: &States) -> Vec<f64> {
     let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let sizes = column_sizes(model.regressor, most(&states.dq), most(&states.ddq));
     sizes.into_iter().map(|size| NEGLIGIBLE_COLUMN_SHARE * size).collect()
 }
 
-/// The triangles of the rows, by part of the record and by joint.
+/// The triangles of the rows, by block of the record and by joint, and ranges of the motion.
 #[derive(Clone, Debug, Default)]
 pub struct Observation {
-    /// `parts[k][j]`: part k, joint j.
+    /// `parts[k][j]`: block k, joint j.
     pub parts: Vec<Vec<Triangle>>,
-    /// Of each part, the number of its log.
+    /// By block, the number of its log.
     pub log_of: Vec<usize>,
     /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
-    /// Largest speed of each coordinate, rad/s.
+    /// Largest speed of each coordinate, rad/s (m/s).
     pub speed: Vec<f64>,
     /// Largest torque of each coordinate, N m (N).
     pub effort: Vec<f64>,
     /// Frequency below which 95 % of the energy of each coordinate's velocity lies, in the fastest record, Hz.
     pub f95: Vec<f64>,
-    /// Number of samples of each coordinate that give no row because it stands still.
+    /// Number of samples of each coordinate without a row, because it is at standstill.
     pub still: Vec<usize>,
     /// Cut-off of the first record, Hz.
     pub cutoff: f64,
 }
 
-/// Records whose rows are made when they are gone through for the first time, because going through them again costs
-/// more.
-pub struct Beside<'a, R: ?Sized> {
+/// Records whose rows are computed in the first pass over them, because another pass would cost more.
+pub struct SinglePass<'a, R: ?Sized> {
     model: &'a Model<'a>,
     records: &'a R,
     rows: RefCell<Option<Observation>>,
 }
 
-impl<R: Records + ?Sized> Records for Beside<'_, R> {
+impl<R: Records + ?Sized> Records for SinglePass<'_, R> {
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         if self.rows.borrow().is_some() {
             return self.records.each(take);
@@ -139,16 +138,16 @@ impl<R: Records + ?Sized> Records for Beside<'_, R> {
     }
 }
 
-/// Largest number of parts. More are merged in pairs.
-const MAX_PARTS: usize = 64;
+/// Largest number of blocks. More blocks are merged in pairs.
+const MAX_BLOCKS: usize = 64;
 
 impl Observation {
-    /// Streams the samples through the model, in `parts` contiguous parts of equal length.
+    /// The rows of one record, in `parts` contiguous blocks of equal length.
     pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
         Observation::of_rows(model, states, parts, None)
     }
 
-    /// All records, the rows weighted where a weight is given.
+    /// The rows of all records, with weights where given.
     ///
     /// Fails when there is no record, or when one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
@@ -167,26 +166,26 @@ impl Observation {
         all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
     }
 
-    /// Makes the rows of records that somebody else goes through: their states are handed on to `look`.
+    /// Computes the rows of records in the pass that `look` makes over them; `None` where it makes no pass.
     ///
-    /// Fails as `of_records` and `look` do.
-    pub fn beside<R: Records + ?Sized, T, E: From<Error>>(
+    /// Fails where `of_records` or `look` fails.
+    pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
         model: &Model,
         records: &R,
-        look: impl FnOnce(&Beside<R>) -> Result<T, E>,
+        look: impl FnOnce(&SinglePass<R>) -> Result<T, E>,
     ) -> Result<(T, Option<Observation>), E> {
-        let beside = Beside { model, records, rows: RefCell::default() };
+        let beside = SinglePass { model, records, rows: RefCell::default() };
         let found = look(&beside)?;
         Ok((found, beside.rows.into_inner()))
     }
 
-    /// As `of`, the rows weighted where a weight is given.
+    /// The rows of one record in blocks, with weights where given.
     fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
         let least = negligible(model, states);
         let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight, &least);
-        // Parts are independent: which thread computes one changes no bit of it.
+        // Blocks are independent, so the result does not depend on the number of threads.
         let threads = if len < MIN_SAMPLES_FOR_THREADS { 1 } else { threads() };
         let triangles = in_parallel((0..parts).collect(), threads, part);
         let over = |x: &[f64], f: &dyn Fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
@@ -210,11 +209,11 @@ impl Observation {
         }
     }
 
-    /// Appends the parts of another record.
+    /// Appends the blocks of another record.
     pub fn append(&mut self, other: Observation) {
         self.parts.extend(other.parts);
         self.log_of.extend(other.log_of);
-        while self.parts.len() > MAX_PARTS {
+        while self.parts.len() > MAX_BLOCKS {
             self.merge_pairs();
         }
         for (a, b) in self.range.iter_mut().zip(other.range) {
@@ -226,7 +225,7 @@ impl Observation {
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
-    /// Merges each part with the next one of its log; where there is no such pair, with the next one.
+    /// Merges each block with the next block of its log; where no log has two blocks, with the next block of any log.
     fn merge_pairs(&mut self) {
         let has_pairs = self.log_of.windows(2).any(|pair| pair[0] == pair[1]);
         let all = std::mem::take(&mut self.parts).into_iter().zip(std::mem::take(&mut self.log_of));
@@ -254,13 +253,13 @@ impl Observation {
         numbers.into_iter().map(|log| (log, self.joints(|k| self.log_of[k] == log))).collect()
     }
 
-    /// The same rows with some of their columns.
+    /// The observation with only these columns.
     pub fn select(&self, columns: &[usize]) -> Observation {
         let part = |part: &Vec<Triangle>| part.iter().map(|triangle| select(triangle, columns)).collect();
         Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
     }
 
-    /// A copy of all but the rows.
+    /// A copy without the rows.
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),
@@ -274,7 +273,7 @@ impl Observation {
         }
     }
 
-    /// One triangle per joint, merged from the parts that `take` chooses.
+    /// One triangle per joint, merged from the blocks that `take` selects.
     pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
         let chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
         let sum = sum_by_joint(chosen);
@@ -285,7 +284,7 @@ impl Observation {
     }
 }
 
-/// The rows of several parts, a triangle for each joint; empty where there is no part.
+/// The merged rows of several blocks, one triangle per joint; empty where there is no block.
 pub fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> Vec<Triangle> {
     let mut parts = parts.into_iter();
     let mut joints = parts.next().cloned().unwrap_or_default();
@@ -295,7 +294,7 @@ pub fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> V
     joints
 }
 
-/// The triangle of all joints, the rows of joint j multiplied by `weights[j]`.
+/// The triangle of all joints, with the rows of joint j multiplied by `weights[j]`.
 pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
     let mut total = Triangle::new(joints.first().map_or(0, Triangle::columns));
     for (joint, &weight) in joints.iter().zip(weights) {
@@ -326,16 +325,16 @@ mod tests {
     #[test]
     fn parts_are_merged_within_their_log() {
         let (arm, model) = pendulum();
-        // Numbers of logs, and of the parts of each. Of more than 64 logs parts of two are one.
+        // Numbers of logs, and of blocks of each. With more than 64 logs, blocks of two logs are merged.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);
             (1..logs).for_each(|log| all.append(one(log)));
-            assert!(all.parts.len() <= MAX_PARTS && all.parts.len() == all.log_of.len(), "{logs} {}", all.parts.len());
+            assert!(all.parts.len() <= MAX_BLOCKS && all.parts.len() == all.log_of.len(), "{logs} {}", all.parts.len());
             let rows: usize = all.logs().iter().map(|(_, joints)| joints[0].rows).sum();
             assert_eq!(rows, (0..logs).map(|log| 40 + log).sum::<usize>());
             assert!(one(0).logs().is_empty());
-            if logs <= MAX_PARTS {
+            if logs <= MAX_BLOCKS {
                 let of = all.logs().iter().map(|(log, joints)| (*log, joints[0].rows)).collect::<Vec<_>>();
                 assert_eq!(of, (0..logs).map(|log| (log, 40 + log)).collect::<Vec<_>>());
             }
@@ -349,7 +348,7 @@ mod tests {
         let model = Model::new(&slide, &friction, &[]);
         let units: Vec<String> = model.parameters[3..].iter().map(|p| p.unit().to_string()).collect();
         assert_eq!(units, ["N s/m", "N", "kg"]);
-        // For a sliding joint 0.2 m are a stroke; for a turning one 0.2 rad are little. No other joint is faster.
+        // 0.2 m is a full stroke of a prismatic joint; 0.2 rad is little for a revolute one. No other joint is faster.
         let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
         assert_eq!(crate::estimate::remarks::little_motion(&model, &observation), [false]);
         assert_eq!(crate::estimate::remarks::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);

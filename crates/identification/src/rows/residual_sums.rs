@@ -1,7 +1,7 @@
-//! Sums over the rows and their residuals e = tau - W x, all of them in one pass.
+//! Sums over rows and their residuals e = tau - W x, several of them in one pass.
 //!
-//! A record is cut into parts that do not depend on the number of threads. Each part is summed by itself, and the sums
-//! are put together in the order of the parts.
+//! A record is cut into blocks that do not depend on the number of threads. Each block is summed separately, and the sums
+//! are appended in the order of the blocks.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -18,10 +18,10 @@ pub trait ResidualSum: Clone + Send + Sync {
     /// Adds up to eight samples.
     fn add(&mut self, model: &Model, group: &ResidualGroup);
 
-    /// Appends the sum over the samples that follow.
+    /// Appends the sum over the next samples.
     fn append(&mut self, next: Self);
 
-    /// Is called when all samples of a record are summed.
+    /// Called after all samples of a record are summed.
     fn end_record(&mut self, _states: &States) {}
 }
 
@@ -42,8 +42,8 @@ impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
     }
 }
 
-/// Samples of a part of a record.
-const SAMPLES_PER_PART: usize = 8192;
+/// Number of samples of a block.
+const SAMPLES_PER_BLOCK: usize = 8192;
 
 /// The sums over all records under parameters `x`, starting from `empty`.
 ///
@@ -62,9 +62,9 @@ pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
     Ok(all)
 }
 
-/// Adds the rows of one record.
+/// Adds the sums over one record; `empty`: sums without rows.
 pub fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &States, x: &[f64], empty: &S) {
-    let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_PART).max(1));
+    let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_BLOCK).max(1));
     let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
     let sum = |_, part: &Range<usize>| {
         let mut sum = empty.clone();

@@ -1,9 +1,9 @@
-//! Zero-phase low-pass: a digital Butterworth filter run forward and backward.
+//! Zero-phase low-pass: a digital Butterworth filter that runs forward and backward.
 //!
-//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with the cut-off w_c prewarped. When the
-//! filter runs both ways, the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off). At each end the signal
-//! is extended by 3 (n + 1) samples, reflected about its end point. The state of every section starts as after an
-//! endless constant. These are the conventions of `scipy.signal.filtfilt`.
+//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with prewarped cut-off w_c. With a forward
+//! and a backward pass the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off). At each end the signal is
+//! extended by 3 (n + 1) samples, reflected about its end point. The initial state of every section is the steady state
+//! of a constant. These are the conventions of `scipy.signal.filtfilt`.
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
@@ -16,7 +16,7 @@ pub struct Butterworth {
     order: usize,
 }
 
-/// (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2).
+/// A second-order section, (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2).
 #[derive(Clone, Copy, Debug)]
 struct Section {
     b: [f64; 3],
@@ -24,10 +24,10 @@ struct Section {
 }
 
 impl Butterworth {
-    /// A filter with this `cutoff` (Hz) for a signal sampled at `rate` Hz; `None` unless 0 < cutoff < rate / 2 and
-    /// 1 <= order <= 20.
+    /// A filter with this `cutoff`, Hz, for a signal with the sampling rate `rate`, Hz; `None` unless 0 < cutoff < rate / 2
+    /// and 1 <= order <= 20.
     pub fn low_pass(order: usize, cutoff: f64, rate: f64) -> Option<Butterworth> {
-        if !(cutoff > 0.0 && cutoff < 0.5 * rate && rate.is_finite() && (1..=20).contains(&order)) {
+        if !(cutoff > 0.0 && cutoff < 0.5 * rate && rate.is_finite() && ORDERS.contains(&order)) {
             return None;
         }
         let w = (std::f64::consts::PI * cutoff / rate).tan();
@@ -48,18 +48,17 @@ impl Butterworth {
         Some(Butterworth { sections, order })
     }
 
-    /// Time after which the start of a signal has a part in 10^12 of its effect left, s.
+    /// Time after which the effect of the start of a signal has decayed to 10^-12, s.
     ///
     /// The slowest pole decays by exp(-2 pi f_c sin(pi / (2 n)) t).
     pub fn memory(order: usize, cutoff: f64) -> f64 {
         let decay = 2.0 * std::f64::consts::PI * cutoff * (0.5 * std::f64::consts::PI / order as f64).sin();
-        1e12f64.ln() / decay
+        FORGOTTEN_EFFECT_RATIO.ln() / decay
     }
 
-    /// Filters signals of one length without phase shift; signals shorter than two samples are returned as they are.
+    /// Filters signals of one length without phase shift; signals shorter than two samples are returned unchanged.
     ///
-    /// Each sample waits for the one before it, so `SIGNALS_PER_PASS` signals filtered side by side take hardly longer
-    /// than one.
+    /// Each sample depends on the one before it, so `SIGNALS_PER_PASS` signals in SIMD lanes take hardly longer than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for group in signals.chunks_mut(SIGNALS_PER_PASS) {
             let Some((all, pad)) = self.forward(group) else { break };
@@ -68,7 +67,8 @@ impl Butterworth {
         signals
     }
 
-    /// The same, of which the samples at `chosen` are kept, in ascending order: sample by sample, one number per signal.
+    /// Filters like [`Butterworth::zero_phase`] and returns the samples at `chosen` (ascending) only: sample by sample, one
+    /// number per signal.
     pub fn zero_phase_at(&self, signals: &[Vec<f64>], chosen: &[usize]) -> Vec<f64> {
         let width = signals.len();
         let mut kept = vec![0.0; chosen.len() * width];
@@ -89,8 +89,8 @@ impl Butterworth {
         kept
     }
 
-    /// Signals of one length, at most `SIGNALS_PER_PASS`, side by side and filtered forward, between what is reflected about
-    /// their ends, and how many samples that are at each; `None` of signals shorter than two samples.
+    /// At most `SIGNALS_PER_PASS` signals of one length in SIMD lanes, filtered forward, with the reflected samples at both
+    /// ends, and the number of reflected samples per end; `None` for signals shorter than two samples.
     fn forward(&self, group: &[Vec<f64>]) -> Option<(Vec<[f64; SIGNALS_PER_PASS]>, usize)> {
         let n = group.first().map_or(0, Vec::len);
         if n < 2 {
@@ -104,7 +104,7 @@ impl Butterworth {
                 behind[i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
             }
         }
-        let mut run = Run::new(&self.sections, before[0]);
+        let mut run = FilterRun::new(&self.sections, before[0]);
         let mut all = Vec::with_capacity(n + 2 * pad);
         all.extend(before);
         run.forward(&mut all);
@@ -117,8 +117,8 @@ impl Butterworth {
         Some((all, pad))
     }
 
-    /// Filters backward what was filtered forward, and hands over each piece of it, from the last back, with the place of
-    /// its first sample.
+    /// Filters the forward-filtered rows backward, and calls `each` with every block, from the last to the first, and with
+    /// the index of its first sample.
     fn backward(
         &self,
         mut all: Vec<[f64; SIGNALS_PER_PASS]>,
@@ -126,7 +126,7 @@ impl Butterworth {
         each: &mut dyn FnMut(usize, &[[f64; SIGNALS_PER_PASS]]),
     ) {
         let Some(last) = all.last() else { return };
-        let mut run = Run::new(&self.sections, *last);
+        let mut run = FilterRun::new(&self.sections, *last);
         let n = all.len() - 2 * pad;
         run.backward(&mut all[pad + n..]);
         for first in (0..n).step_by(ROWS_PER_COPY).rev() {
@@ -137,11 +137,11 @@ impl Butterworth {
     }
 }
 
-/// Rows taken at a time from the signals, which are stored one by one, to the filter, which takes them side by side. So
-/// few rows stay in the cache.
+/// Rows that are transposed at a time between the signals, stored one by one, and the SIMD lanes of the filter: few enough
+/// to stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
-/// The rows of the signals from `first` on, side by side.
+/// The rows of the signals from `first` on, transposed into SIMD lanes.
 fn taken<'a>(
     group: &[Vec<f64>],
     first: usize,
@@ -154,26 +154,26 @@ fn taken<'a>(
     &mut rows[..count]
 }
 
-/// Puts rows back where they were taken.
+/// Writes rows back to the signals from `first` on.
 fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
     for (lane, x) in group.iter_mut().enumerate() {
         x[first..first + rows.len()].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
     }
 }
 
-/// The filter on its way through signals.
-struct Run {
+/// A filter with the states of its sections.
+struct FilterRun {
     sections: Vec<(Section, State)>,
 }
 
-impl Run {
-    /// Starts in the steady state of an endless constant `first`.
-    fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> Run {
+impl FilterRun {
+    /// A filter in the steady state of a constant signal `first`.
+    fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> FilterRun {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
             (Section { b, a }, state)
         };
-        Run { sections: sections.iter().map(start).collect() }
+        FilterRun { sections: sections.iter().map(start).collect() }
     }
 
     /// Filters in place, from the first sample on.
@@ -187,9 +187,9 @@ impl Run {
     }
 }
 
-/// Samples on their way through the filter.
+/// One pass of a filter over samples, in place.
 struct Pass<'a> {
-    run: &'a mut Run,
+    run: &'a mut FilterRun,
     samples: &'a mut [[f64; SIGNALS_PER_PASS]],
     is_backward: bool,
 }
@@ -199,7 +199,7 @@ impl Work for Pass<'_> {
 
     #[inline(always)]
     fn run(self) {
-        // Two sections at once: while a sample is in the second, the next is in the first.
+        // Two sections per loop: while one sample is in the second, the next sample is in the first.
         for sections in self.run.sections.chunks_mut(2) {
             match (sections, self.is_backward) {
                 ([one, two], false) => over([one, two], self.samples.iter_mut()),
@@ -211,7 +211,7 @@ impl Work for Pass<'_> {
     }
 }
 
-/// Filters in place by sections, one behind the other; their states stay in registers on the way.
+/// Filters in place by S sections in series; their states stay in registers during the loop.
 #[inline(always)]
 fn over<'a, const S: usize>(
     sections: [&mut (Section, State); S],
@@ -240,10 +240,15 @@ fn over<'a, const S: usize>(
     }
 }
 
-/// What a section keeps of the samples before.
+/// The state of a section: two values per SIMD lane.
 type State = [[f64; SIGNALS_PER_PASS]; 2];
 
-/// Signals that are filtered at once.
+/// Orders of a low-pass.
+const ORDERS: std::ops::RangeInclusive<usize> = 1..=20;
+/// Ratio by which the effect of the start of a signal has decayed after the memory of a filter.
+const FORGOTTEN_EFFECT_RATIO: f64 = 1e12;
+
+/// Number of signals that are filtered together, one per SIMD lane.
 const SIGNALS_PER_PASS: usize = 8;
 
 #[cfg(test)]
@@ -292,16 +297,16 @@ mod tests {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
         let passed = f.zero_phase(vec![line.clone()]).remove(0);
-        // Away from the ends, where fifteen samples of padding do not hold the whole transient.
+        // Away from the ends, where fifteen samples of padding are shorter than the transient.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();
         let peak = f.zero_phase(vec![wave]).remove(0)[1000..3000].iter().copied().fold(0.0, f64::max);
-        // 100 samples a period: the peak itself is on a sample.
+        // With 100 samples per period the peak is on a sample.
         assert!((peak - 0.5).abs() < 1e-6, "{peak}");
     }
 
-    /// The equations written for one signal: the sections one after the other, forward and backward.
+    /// The filter equations for one signal: the sections one after the other, forward and backward.
     fn alone(f: &Butterworth, x: &[f64]) -> Vec<f64> {
         let (n, pad) = (x.len(), (3 * (f.order + 1)).min(x.len() - 1));
         let mut y: Vec<f64> = (1..=pad).rev().map(|i| 2.0 * x[0] - x[i]).collect();

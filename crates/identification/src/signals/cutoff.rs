@@ -1,35 +1,35 @@
-//! How fast the motion is, and the cut-off that follows from it.
+//! The bandwidth of a motion, and the default cut-off of the low-pass.
 //!
 //! The rule is f_c = 20 f_95, but f_c is at most a fifth of the sampling rate. Below f_95 lies 95 % of the energy of a
-//! joint's velocity; the largest f_95 of all joints counts. The factor is twenty for two reasons. The torques hold
+//! joint's velocity; the largest f_95 of all joints is used. The factor is twenty for two reasons. The torques contain
 //! harmonics of the motion (Coulomb friction, products of velocities) that the model explains, and the fourth-order
 //! low-pass distorts the signals well below its cut-off.
 //!
-//! It is at least 4 Hz, because friction turns as fast in a slow motion as in a fast one: a motion of 0.05 Hz would be cut
-//! at 1 Hz, and every reversal would last a second.
+//! f_c is at least 4 Hz, because friction changes sign as fast in a slow motion as in a fast one: with the rule alone, a
+//! motion of 0.05 Hz would have a cut-off of 1 Hz, and every reversal would last a second.
 //!
-//! What a joint does above 10 Hz is no motion where it hardly moves any joint there, and yet holds more than 5 % of the
-//! energy of its velocity: the drive chatters. It has no part in f_95, and the cut-off is so low that the filter, of order
-//! four and passed twice, leaves as little of it as of noise:
+//! Content of a joint above 10 Hz is chatter of the drive and not motion, where it contains more than 5 % of the energy of
+//! the velocity but hardly changes the position. It does not count in f_95, and the cut-off is so low that the filter, of
+//! order four and applied twice, reduces it to the level of noise:
 //!
 //! sum over chatter of (2 pi f)^2 E_j(f) / (1 + (f / f_c)^8)^2 = 1e-4 A_j.
 //!
-//! Where the noise of the positions matters, the cut-off is lower, but at least 5 f_95 of all joints together:
+//! Where the noise of the positions requires it, the cut-off is lower, but at least 5 f_95 of all joints together:
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! At this cut-off the noise of joint j, differentiated twice, is a hundredth of its acceleration. Such noise makes
-//! inertias smaller by the square of that.
+//! At this cut-off the twice differentiated noise of joint j is a hundredth of its acceleration. It biases inertias
+//! towards zero by the square of that ratio.
 //!
-//! The energy is summed over all records that are fitted together. So they get one cut-off, and a short record, or a
-//! joint that one record holds still, has no more weight than its share:
+//! The energy is summed over all records that are fitted together. So they have one cut-off, and a short record, or a
+//! joint at standstill in one record, counts by its share only:
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
 //! X_j is the transform of n positions, h s apart. N_j is the mean of |X_j|^2 in the upper half of the band, where no
-//! robot moves: n times the variance of the noise of a position. White noise reaches 20 times its mean in two bins of a
-//! billion. Joints with less than a hundredth of the largest energy of a joint do not count, because their motion only
-//! follows the others or is noise of another colour.
+//! robot moves: n times the variance of the noise of a position. White noise exceeds 20 times its mean in two bins of a
+//! billion. Joints with less than a hundredth of the largest energy of a joint do not count, because their motion is
+//! coupled to other joints or is coloured noise.
 
 use std::convert::Infallible;
 
@@ -45,80 +45,83 @@ pub struct FrequencyContent {
     /// Frequency below which 95 % of the energy of a joint's velocity lies, Hz, one per joint; 0 for a joint that does
     /// not count.
     pub f95: Vec<f64>,
-    /// Cut-off by the rule, Hz.
+    /// Default cut-off, Hz.
     pub cutoff: f64,
 }
 
 /// Highest cut-off as a share of the sampling rate.
-const HIGHEST_RATE_SHARE: f64 = 0.2;
+const HIGHEST_CUTOFF_SHARE: f64 = 0.2;
 
 /// Ratio of the cut-off to the highest f95 of the joints.
 const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
 /// Share of a joint's energy that lies below its f95.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// Share of the largest energy from which on a joint counts. It is a tenth of the speed.
+/// Share of the largest energy from which on a joint counts: a tenth of the speed.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
-/// Energy of the noise at the cut-off, as a share of that of the acceleration.
+/// Largest energy of the noise of the acceleration below the cut-off, as a share of the energy of the acceleration.
 const NOISE_ENERGY_SHARE: f64 = 1e-4;
 
-/// The cut-off of a slow motion, Hz. On measured robots (cobot6, UR10e) lower ones predict other motions worse, higher ones
-/// of slow motions no better.
+/// Least cut-off for slow motions, Hz. On measured robots (cobot6, UR10e) a lower one predicts other motions worse, and a
+/// higher one does not predict slow motions better.
 const SLOW_CUTOFF_HZ: f64 = 4.0;
 
-/// No robot is moved as fast as this on purpose, Hz, and no loop chatters more slowly.
+/// Frequency below which there is no chatter, Hz. No robot is moved faster than this on purpose.
 const SLOWEST_CHATTER_HZ: f64 = 10.0;
 
-/// Share of the energy of position of the joint that moves most, below which what is above [`SLOWEST_CHATTER_HZ`] moves
-/// nothing.
+/// Content above [`SLOWEST_CHATTER_HZ`] is chatter where its position energy is below this share of the position energy of
+/// the joint that moves most.
 const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
-/// Noise never lowers the cut-off below this multiple of the f95 of all joints together. At a multiple of 3 the filter
-/// would cut the motion itself.
+/// Noise never lowers the cut-off below this multiple of the f95 of all joints together. With a factor of 3 the filter
+/// would distort the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
-/// Samples that are transformed at once. It is a power of two, about a minute at 1 kHz.
+/// Samples per transform: a power of two, about a minute at 1 kHz.
 const SAMPLES_PER_TRANSFORM: usize = 1 << 16;
 
-/// Samples of a piece from which its noise is estimated.
+/// Samples of a block from which its noise is estimated.
 const SAMPLES_PER_NOISE_ESTIMATE: usize = 1 << 12;
 
-/// Fewer samples have no spectrum to speak of.
+/// Least number of samples of a spectrum.
 const MIN_SPECTRUM_SAMPLES: usize = 8;
+
+/// Relative difference of two periods up to which they belong to one clock.
+const EQUAL_PERIOD_TOLERANCE: f64 = 1e-6;
 
 /// Motion of one joint, and noise of the records in which it moves.
 #[derive(Clone, Debug, Default)]
 struct JointEnergy {
     motion: Energy,
-    /// What is no motion.
+    /// Energy of the chatter of the drive.
     chatter: Energy,
-    /// Noise of the acceleration up to a frequency f is this times f^5, rad^2/s^3.
+    /// Energy of the noise of the acceleration up to a frequency f, Hz, over f^5, rad^2 s^2.
     noise: f64,
 }
 
-/// The energy of the joints' velocities by frequency, of as many records as are pushed.
+/// The energy of the velocities of joints by frequency, summed over records.
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
     joints: Vec<JointEnergy>,
     /// Positions that are not transformed yet, one series per joint, and the time between them, s.
     waiting: Vec<Vec<f64>>,
     period: f64,
-    /// Hz: a fifth of the lowest rate.
+    /// A fifth of the lowest sampling rate, Hz.
     highest: f64,
     plans: Plans,
 }
 
-/// The frequency content of positions sampled every `period` s, and the cut-off by the rule.
+/// The frequency content of positions q, rad (m), sampled every `period` s, and the default cut-off.
 pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
     let mut energy = MotionEnergy::default();
     energy.push(q, period);
     energy.content()
 }
 
-/// The frequency content of a motion as noisy encoders will show it, and the cut-off by the rule.
+/// The frequency content of an exact motion with added encoder noise, and the default cut-off.
 ///
-/// `deviation` holds the standard deviations of the noise, rad or m, one per joint.
+/// `deviation`: standard deviations of the noise, rad (m), one per joint.
 pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
     let mut energy = MotionEnergy::default();
     energy.push(q, period);
@@ -130,13 +133,13 @@ pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) ->
 }
 
 impl MotionEnergy {
-    /// Adds positions `period` s apart that continue those before; where they do not, call `end_record` first.
+    /// Adds positions `period` s apart that continue the previous ones. For a new record, call `end_record` first.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
-        let highest = HIGHEST_RATE_SHARE / period;
+        let highest = HIGHEST_CUTOFF_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
-        // The periods of blocks of one clock differ in the last digits only. Keeping the first gives all blocks the
-        // same frequencies.
-        if (period / self.period - 1.0).abs() > 1e-6 || self.period == 0.0 {
+        // The periods of blocks of one clock differ in the last digits only. With the first period all blocks have equal
+        // frequencies.
+        if (period / self.period - 1.0).abs() > EQUAL_PERIOD_TOLERANCE || self.period == 0.0 {
             self.period = period;
         }
         self.waiting.resize(q.len(), Vec::new());
@@ -149,18 +152,18 @@ impl MotionEnergy {
         }
     }
 
-    /// Tells that efforts come every `period` s only: what is above a fifth of their rate cannot be compared with them.
+    /// Limits the cut-off to a fifth of the rate of efforts that are sampled every `period` s.
     pub(crate) fn sample_efforts(&mut self, period: f64) {
-        self.highest = self.highest.min(HIGHEST_RATE_SHARE / period);
+        self.highest = self.highest.min(HIGHEST_CUTOFF_SHARE / period);
     }
 
-    /// Ends a record; positions pushed from now on belong to another.
+    /// Ends a record; subsequent positions belong to another record.
     pub(crate) fn end_record(&mut self) {
         let left = self.waiting.first().map_or(0, Vec::len);
         self.transform(left);
     }
 
-    /// The content of all that was pushed, and the cut-off by the rule.
+    /// The frequency content of all records, and the default cut-off.
     pub fn content(mut self) -> FrequencyContent {
         self.end_record();
         self.set_chatter_apart();
@@ -180,7 +183,7 @@ impl MotionEnergy {
         FrequencyContent { f95, cutoff: cutoff.min(noisy.max(MIN_CUTOFF_FREQUENCY_RATIO * self.f95_of_all())) }
     }
 
-    /// Moves what the drives chatter out of the motion.
+    /// Separates the chatter of the drives from the motion.
     fn set_chatter_apart(&mut self) {
         let largest = self.joints.iter().map(|joint| position_energy(joint.motion.iter())).fold(0.0, f64::max);
         for joint in &mut self.joints {
@@ -189,7 +192,7 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // What leaks from the ends of a record into the slowest of it is neither.
+                // The lowest 5 % of the fast energy stay in the motion: leakage from the ends of a record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());
@@ -212,7 +215,7 @@ impl MotionEnergy {
         if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
-        // A length with small factors, because the transform of a prime length is several times slower.
+        // A length with small prime factors, because the transform of a prime length is several times slower.
         let of_motion = self.plans.forward(smooth_length(count));
         let of_noise = self.plans.forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);
@@ -235,13 +238,14 @@ impl MotionEnergy {
 }
 
 impl JointEnergy {
-    /// Largest frequency up to which noise is at most [`NOISE_ENERGY_SHARE`] of the acceleration, Hz; infinite without
-    /// noise.
+    /// Largest cut-off at which noise is at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration, Hz; infinite
+    /// without noise.
     fn noise_limit(&self) -> f64 {
         (NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter()) / self.noise).powf(0.2)
     }
 
-    /// Largest frequency up to which the filter leaves as little of the chatter, Hz; infinite without chatter.
+    /// Largest cut-off at which the filtered chatter is at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration,
+    /// Hz; infinite without chatter.
     fn chatter_limit(&self) -> f64 {
         let Some((&slowest, _)) = self.chatter.first_key_value() else { return f64::INFINITY };
         let allowed = NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter());
@@ -252,9 +256,9 @@ impl JointEnergy {
             };
             self.chatter.iter().map(passed).sum::<f64>()
         };
-        // What is left falls with the cut-off; the search is by halves, to a thousandth.
+        // The filtered chatter is monotonic in the cut-off: bisection to a thousandth.
         let (mut low, mut high) = (0.0, f64::from_bits(slowest));
-        for _ in 0..HALVINGS {
+        for _ in 0..CUTOFF_BISECTIONS {
             let middle = 0.5 * (low + high);
             *(if left(middle) <= allowed { &mut low } else { &mut high }) = middle;
         }
@@ -262,8 +266,8 @@ impl JointEnergy {
     }
 }
 
-/// Halvings of the interval in which a cut-off is searched.
-const HALVINGS: usize = 10;
+/// Number of bisections of the interval of the cut-off.
+const CUTOFF_BISECTIONS: usize = 10;
 
 #[cfg(test)]
 mod tests {
@@ -300,15 +304,15 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // This joint follows the others at 8 Hz, by a hundredth of a radian.
+        // The coupled motion of this joint at 8 Hz is a hundredth of a radian, peak to peak.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
-        // One bin of a record of 8 s on either side.
+        // Tolerance: one bin of a record of 8 s to both sides.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
-    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a wave of amplitude a at f; no less than 5 f, no more than 20 f.
+    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a wave of amplitude a at f, between 5 f and 20 f.
     #[test]
     fn noise_of_the_encoders_lowers_the_cutoff() {
         let (n, period) = (20_000, 1e-3);
@@ -318,14 +322,13 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise of one draw is known to a few per cent, and its fifth root to less. A bin is a twentieth of a
-            // Hz.
+            // The noise of one draw is known to a few per cent, and its fifth root better. A bin is 0.05 Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
 
-    /// A drive that chatters at 105 Hz gives the joint more energy of velocity than its motion does. The cut-off is that of
-    /// the motion, and what the filter leaves of the chatter is a hundredth of the acceleration.
+    /// Chatter of a drive at 105 Hz has more energy of velocity than the motion. The cut-off follows from the motion, and the
+    /// filtered chatter is a hundredth of the acceleration.
     #[test]
     fn the_cutoff_follows_the_motion_and_not_the_chatter() {
         let (n, period) = (20_000, 1e-3);
@@ -341,10 +344,10 @@ mod tests {
             let found = rule(&[noisy(with(amplitude, hz))], period);
             assert!((found.f95[0] - 1.0).abs() <= 0.1 && found.cutoff <= quiet.cutoff, "{hz}: {found:?}");
             let left = amplitude * hz * hz / (1.0 + (hz / found.cutoff).powi(8));
-            // A thousandth is the search, a bin of the motion is a twentieth.
+            // Tolerance: a thousandth for the bisection, and a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
-        // What moves the joint is motion, however fast it is, and what is slow is motion, however small.
+        // Fast content that changes the position counts as motion, and so does slow content of any amplitude.
         assert!(rule(&[noisy(with(0.1, 30.0))], period).f95[0] > 29.0);
         assert!(rule(&[noisy(with(0.02, 30.0).iter().map(|x| x / 50.0).collect())], period).f95[0] < 1.1);
         assert!(rule(&[noisy(with(0.03, 9.0))], period).f95[0] > 1.1);

@@ -1,15 +1,15 @@
 //! dx/dt of a sampled signal: central differences, one-sided at the two ends.
 //!
-//! On an even clock they are of fourth order,
+//! On a uniform clock they are of fourth order,
 //!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
-//! At 100 Hz, second order would take 0.5 % off the acceleration of a motion of 2 Hz, and so add it to every inertia.
-//! On any other clock they are of second order, with steps a before and b after, as `numpy.gradient(x, t)`:
+//! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every inertia by 0.5 %.
+//! On other clocks they are of second order, with steps a before and b after, as `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
-/// Steps whose relative difference is less than this count as even, because a clock is written in rounded numbers.
+/// Steps with a smaller relative difference count as equal, because a clock is written in rounded numbers.
 const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 
-/// The instants at which signals are sampled, examined once for all signals.
+/// Differences of signals on one clock, which is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
     /// 12 h of the five samples around each sample, from the third to the third last.
@@ -19,7 +19,7 @@ pub struct Differences<'a> {
 }
 
 impl<'a> Differences<'a> {
-    /// `t` is in s and ascends.
+    /// Differences on the clock `t`, s, ascending.
     pub fn new(t: &'a [f64]) -> Differences<'a> {
         let step = |t: &[f64]| (t[4] - t[0]) / 4.0;
         let is_even =
@@ -32,7 +32,7 @@ impl<'a> Differences<'a> {
         Differences { t, twelve_steps: t.windows(5).map(|t| 12.0 * step(t)).collect(), uneven }
     }
 
-    /// dx/dt at every sample.
+    /// dx/dt at every sample, in the unit of x per s.
     pub fn of(&self, x: &[f64]) -> Vec<f64> {
         let two = || std::iter::repeat_n(0.0, 2.min(x.len()));
         let even = x.windows(5).zip(&self.twelve_steps).map(|(x, h)| fourth_order(x, *h));
@@ -41,7 +41,7 @@ impl<'a> Differences<'a> {
         slopes
     }
 
-    /// dx/dt at sample i.
+    /// dx/dt at sample i, in the unit of x per s.
     pub fn at(&self, x: &[f64], i: usize) -> f64 {
         match self.uneven.binary_search(&i) {
             Ok(_) => second_order(x, self.t, i),
@@ -50,7 +50,7 @@ impl<'a> Differences<'a> {
     }
 }
 
-/// dx/dt at the middle of five samples; `h` is twelve steps.
+/// dx/dt at the middle of five samples; `h`: twelve steps, s.
 fn fourth_order(x: &[f64], h: f64) -> f64 {
     (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / h
 }

@@ -1,30 +1,30 @@
-//! What the noise of the encoders adds to the residuals of an identification.
+//! The contribution of encoder noise to the residuals of an identification.
 //!
-//! Position noise s of each sample has the acceleration s w^2 / sqrt 5 below the cut-off w, because the mean of the
-//! fourth powers of the frequencies below w is w^4 / 5. The inertia matrix turns it into a torque,
+//! Position noise with standard deviation s per sample has the rms acceleration s w^2 / sqrt 5 below the cut-off w, rad/s,
+//! because the mean of the fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A it is a torque,
 //!
 //! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5,
 //!
-//! This noise is far above the frequencies of the motion. It hardly changes the parameters, but it changes the weight
-//! of joint i.
+//! Most of this noise is far above the frequencies of the motion. It hardly changes the parameters, but it changes the
+//! weight of joint i.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::dynamics::Dynamics;
 
 use crate::signals::cutoff::rule_with_noise;
 
-/// Instants whose dynamics are asked for at once.
-const AT_ONCE: usize = 64;
+/// Number of samples whose dynamics are computed together.
+const SAMPLES_PER_CALL: usize = 64;
 
-/// e, N m (N) a sample, one per coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
+/// e_i, N m (N) per sample, one per coordinate, for an identification with default cut-off; `noise`: s, rad (m).
 pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
     let n = noise.len();
     let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;
-    let (mut inertia, mut bias) = (vec![0.0; AT_ONCE * n * n], vec![0.0; AT_ONCE * n]);
+    let (mut inertia, mut bias) = (vec![0.0; SAMPLES_PER_CALL * n * n], vec![0.0; SAMPLES_PER_CALL * n]);
     let (mut sum, at_rest) = (vec![0.0; n], vec![0.0; n]);
     let samples = motion.q.first().map_or(0, Vec::len);
-    for first in (0..samples).step_by(AT_ONCE) {
-        let instants = first..samples.min(first + AT_ONCE);
+    for first in (0..samples).step_by(SAMPLES_PER_CALL) {
+        let instants = first..samples.min(first + SAMPLES_PER_CALL);
         let positions: Vec<Vec<f64>> = instants.map(|k| motion.q.iter().map(|q| q[k]).collect()).collect();
         let states: Vec<(&[f64], &[f64])> = positions.iter().map(|q| (&q[..], &at_rest[..])).collect();
         let count = states.len();
@@ -43,7 +43,7 @@ mod tests {
     use experiments::simulate::dynamics::RegressorDynamics;
     use random::Random;
 
-    /// The second derivative of white noise, below the cut-off, times the inertia: by its spectrum.
+    /// The rms of the second derivative of white noise below the cut-off, times the inertia, computed from its spectrum.
     #[test]
     fn it_is_the_noise_of_the_acceleration() {
         let (rate, n, noise) = (100.0, 2000, 1e-4);
@@ -52,22 +52,22 @@ mod tests {
         let (arm, inertia) = (Pendulum::new(), 0.7);
         let found = encoder_torque(&RegressorDynamics::new(&arm, vec![inertia, 0.0, 0.0]), &motion, &[noise])[0];
 
-        // Each frequency up to half the rate has the same share of the variance of white noise.
+        // Each frequency up to half the rate has an equal share of the variance of white noise.
         let cutoff = rule_with_noise(&[q], 1.0 / rate, &[noise]).cutoff;
         let mut random = Random::new(4);
         let (bins, mut square) = (2000, 0.0);
         for bin in 0..bins {
             let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
             if frequency < cutoff {
-                // A cosine and a sine of random size: a mean square of noise^2 / bins.
+                // A cosine and a sine of random amplitude: a mean square of noise^2 / bins.
                 let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }
         }
-        // What is below the cut-off stands for white noise of this size a sample up to half the rate.
+        // The content below the cut-off corresponds to white noise of this rms per sample up to half the rate.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
-        // Some hundred bins carry the weight, so the square is known to 10 % and its root to half of that. Four of
-        // those are allowed.
+        // About a hundred bins determine the sum, so the square is known to 10 % and its root to 5 %; four times that is
+        // allowed.
         assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
     }
 }

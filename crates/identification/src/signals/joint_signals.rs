@@ -1,15 +1,14 @@
 //! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
 //!
-//! q and tau pass a zero-phase low-pass (`butterworth`). dq is the measured velocity, filtered in the same way, or the
-//! central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
-//! ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true to the first order
-//! [Gautier 1997]. Where a joint stands still its row is dropped, because stiction is not in the model.
+//! q and tau are filtered with a zero-phase low-pass (`butterworth`). dq is the measured velocity with the same filter, or
+//! the central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
+//! ends. An equal filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true to first order [Gautier 1997].
+//! Rows of a joint at standstill are dropped, because stiction is not in the model.
 //!
-//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the columns pass through it too.
-//! They are made of a velocity that has passed a wider filter (`reversals`).
+//! Friction columns jump with sign(dq). The filter smooths the jumps of the torques, so the columns are filtered too. They
+//! are computed from a velocity with a filter of higher cut-off (`reversals`).
 //!
-//! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction
-//! (`linear_model::friction`).
+//! `cutoff` gives the default cut-off. Not here: transmissions (`transmission`), friction (`linear_model::friction`).
 
 use linear_model::coupling::Coupling;
 use linear_model::friction::terms::{FrictionTerm, sign};
@@ -27,24 +26,24 @@ use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, po
 use crate::signals::standstill::{rest, standstill};
 use crate::signals::velocity_check::check_velocity;
 
-/// Signals of a log as joint torques and joint positions: `Log` after its transmission.
+/// The signals of a log on the joint side: `Log` after its transmission.
 pub struct JointSignals {
-    /// The log behind them. Of its own series only the time is left; the others have become those here.
+    /// The log behind the signals. Of its series only the time is used; the others were moved into the fields below.
     pub log: Log,
-    /// rad (m), one series per coordinate.
+    /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// rad/s (m/s), where measured.
+    /// Velocities, rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
-    /// rad/s^2 (m/s^2), where measured.
+    /// Accelerations, rad/s^2 (m/s^2), where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
-    /// N m (N).
+    /// Torques, N m (N).
     pub tau: Vec<Vec<f64>>,
-    /// Motors that turn with a joint beside their own.
+    /// Motors that turn with other joints than their own.
     pub couplings: Vec<Coupling>,
 }
 
 impl JointSignals {
-    /// Brings the signals to the clock that is asked for and takes the delay out of the torques; returns the clock.
+    /// Resamples the signals to the requested clock and compensates the delay of the torques; returns the clock, s.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
         let [motion, effort] = self.own_places(signal);
         let t = match clock(&self.log, signal, motion.as_deref())? {
@@ -71,7 +70,7 @@ impl JointSignals {
         Ok(t)
     }
 
-    /// The places of the samples of the motion, and of the torques, where they come more seldom than rows.
+    /// The indices of the samples of the motion, and of the torques, where they are sampled less often than the rows.
     fn own_places(&self, signal: &Signal) -> [Option<Vec<usize>>; 2] {
         let [motion, effort] = are_seldom(&self.log).map(|is_seldom| is_seldom && !signal.own_clock);
         let rates = self.dq.iter().chain(&self.ddq).flatten();
@@ -82,10 +81,10 @@ impl JointSignals {
 
     /// Filters, differentiates and decimates.
     ///
-    /// `friction` holds the terms whose columns are made before the filter. `content` is that of everything that is
-    /// fitted together, where it is known.
+    /// `friction`: terms whose columns are computed before the filter. `content`: frequency content of all logs that are
+    /// fitted together, where known.
     ///
-    /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
+    /// Fails when a cut-off is not below half the rate, or when a requested measured signal is absent.
     pub fn states(
         mut self,
         signal: &Signal,
@@ -94,7 +93,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // Rows of two sources have no slopes to compare; the passport names them.
+        // Rows of two sources have no derivatives to compare; the log check reports them.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -107,10 +106,10 @@ impl JointSignals {
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
-        // Load-dependent friction needs the torque twice.
+        // Load-dependent friction also needs the torque with the filter of reversals.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
         let differences = Differences::new(&t);
-        // Without a filter the direction is the sign at the sample.
+        // Without a filter the direction is the sign of the velocity at the sample.
         let rounded = signal.filtered_sign && signal.order > 0;
         let wide = match &dq {
             _ if !rounded => None,
@@ -148,7 +147,7 @@ impl JointSignals {
     }
 }
 
-/// A low-pass, or none.
+/// An optional low-pass.
 struct Pass(Option<Butterworth>);
 
 impl Pass {
@@ -169,7 +168,7 @@ impl Pass {
         }
     }
 
-    /// The samples at `chosen` of it, sample by sample.
+    /// The filtered samples at `chosen`, sample by sample.
     fn pass_at(&self, x: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
         match &self.0 {
             Some(f) => f.zero_phase_at(&x, chosen),
@@ -178,25 +177,28 @@ impl Pass {
     }
 }
 
-/// Share of the rate up to which the slope of positions shows a reversal. The noise of a slope grows with the power 3/2
-/// of its cut-off, and beyond this share the steps of an encoder turn the sign over many times.
+/// Highest cut-off of differentiated positions for reversals, as a share of the rate. The noise of a difference grows with
+/// the power 3/2 of its cut-off, and beyond this share the steps of an encoder change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
+/// Highest cut-off of the filter of reversals, as a share of the rate; beyond it the velocity is not filtered.
+const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
 
 /// The low-passes of a log.
 struct Filters {
-    /// Of positions and velocities.
+    /// For positions and velocities.
     motion: Pass,
-    /// Of torques, and of the columns of friction.
+    /// For torques and friction columns.
     effort: Pass,
-    /// Of the velocity that those columns are made of.
+    /// For the velocity from which friction columns are computed.
     reversal: Pass,
-    /// Hz; 0: none.
+    /// Cut-offs of motion and efforts, Hz; 0: no filter.
     cutoff: f64,
     effort_cutoff: f64,
 }
 
 impl Filters {
-    /// `rule`: the cut-off where the options name none, Hz; `differentiated`: the velocity is the slope of positions.
+    /// The low-passes for these options. `rule`: default cut-off, Hz; `differentiated`: whether the velocity is a difference of
+    /// positions. Fails where a cut-off or order is invalid.
     fn new(signal: &Signal, rule: f64, period: f64, differentiated: bool) -> Result<Filters, String> {
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(rule) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
@@ -206,8 +208,8 @@ impl Filters {
             true => (REVERSAL_CUTOFF_RATIO * effort_cutoff).min(MAX_REVERSAL_CUTOFF_SHARE / period).max(effort_cutoff),
             false => REVERSAL_CUTOFF_RATIO * effort_cutoff,
         });
-        // Where the rate does not allow for it, the velocity stays as it was measured.
-        let reversal = if wide < 0.45 / period { pass(wide)? } else { Pass(None) };
+        // Where the rate is too low for this cut-off, the velocity is not filtered.
+        let reversal = if wide < HIGHEST_FILTER_CUTOFF_SHARE / period { pass(wide)? } else { Pass(None) };
         Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
     }
 }
@@ -217,19 +219,19 @@ fn joined<T>(thread: std::thread::ScopedJoinHandle<T>) -> T {
     thread.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
 }
 
-/// The chosen samples of all series, sample by sample.
+/// The samples `chosen` of all series, sample by sample.
 fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     let mut rows = Vec::with_capacity(chosen.len() * x.len());
     chosen.iter().for_each(|&r| rows.extend(x.iter().map(|x| x[r])));
     rows
 }
 
-/// The filters and options that the motion and the torques of a log go through.
+/// The filters and options for the motion and the torques of a log.
 struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
     friction: &'a [FrictionTerm],
-    /// Torques behind the filter of reversals, where a term needs them.
+    /// Torques after the filter of reversals, N m (N), where a term needs them.
     load: Option<Vec<Vec<f64>>>,
     differences: &'a Differences<'a>,
     period: f64,
@@ -237,8 +239,8 @@ struct Filtering<'a> {
 }
 
 impl Filtering<'_> {
-    /// q, dq, ddq, and which rows count.
-    fn motion(&self, q: Vec<Vec<f64>>, dq: Series, ddq: Series) -> Result<States, String> {
+    /// Filtered q, dq, ddq, and which rows are used.
+    fn motion(&self, q: Vec<Vec<f64>>, dq: CoordinateSeries, ddq: CoordinateSeries) -> Result<States, String> {
         let signal = self.signal;
         let q = self.filters.motion.pass(q);
         let still = signal.standstill.is_none().then(|| {
@@ -263,8 +265,8 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal through the filter; `None` where the signal is to be differentiated.
-    fn measured(&self, wish: Velocity, measured: Series, name: &str) -> Result<Series, String> {
+    /// The filtered measured signal; `None` where the signal is to be differentiated. Fails where it is requested but absent.
+    fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
             (Velocity::Differentiated, _) | (_, None) => Ok(None),
@@ -272,12 +274,12 @@ impl Filtering<'_> {
         }
     }
 
-    /// The chosen samples of series behind the filter of the torques.
+    /// The chosen samples of series after the filter of the torques.
     fn rounded(&self, x: Vec<Vec<f64>>) -> Vec<f64> {
         self.filters.effort.pass_at(x, self.chosen)
     }
 
-    /// Directions and friction columns of a lightly filtered velocity, passed through the filter of the torques.
+    /// Directions and friction columns from a lightly filtered velocity, after the filter of the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speed = |r: usize| c.speed(|k| wide[k][r]);
@@ -291,23 +293,23 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // Each velocity is dropped as soon as its direction is made.
+        // Each velocity is freed as soon as its direction is computed.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }
 }
 
 /// One series per coordinate, where measured.
-type Series = Option<Vec<Vec<f64>>>;
+type CoordinateSeries = Option<Vec<Vec<f64>>>;
 
-/// What friction columns are made of, as in [`States`].
+/// Inputs of friction columns, as in [`States`].
 struct Directions {
     direction: Vec<f64>,
     motor_direction: Vec<f64>,
     friction: Vec<FilteredFriction>,
 }
 
-/// The signs of the velocities of n joints at the samples.
+/// The signs of the velocities of n joints and of coupled motors at the samples.
 fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(|k| dq[k]))).collect::<Vec<f64>>();
     Directions {
@@ -317,11 +319,11 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     }
 }
 
-/// With fewer samples than this, a second thread does not pay.
+/// With fewer samples, starting threads takes longer than it saves.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
-/// The uniform clock that signals are to be brought to; `None` where they stay on their own. `places`: those of the samples
-/// of the motion, where it comes more seldom than rows.
+/// The uniform clock to which signals are resampled, s; `None` where they keep their own clock. `places`: indices of the
+/// samples of the motion, where it is sampled less often than the rows. Fails where the clock is unusable.
 fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
     let is_seldom = are_seldom(log)[0] && !signal.own_clock;
     if (log.report.clock.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
@@ -340,10 +342,9 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
     })
 }
 
-/// Adds the motion of a log with joint positions q.
+/// Adds the motion of a log with joint positions q, rad (m), to `energy`.
 ///
-/// A row that repeats all positions of the row before is no sample, because the log missed one. Its positions are
-/// interpolated.
+/// A row that repeats all positions of the row before is a missed sample. Its positions are interpolated.
 pub(crate) fn add_motion(
     log: &Log,
     mut q: Vec<Vec<f64>>,
@@ -374,12 +375,12 @@ pub(crate) fn add_motion(
     Ok(())
 }
 
-/// Time between samples, s.
+/// Mean time between samples, s.
 fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }
 
-/// Every `decimate`-th sample inside the windows, away from the ends.
+/// The indices of every `decimate`-th sample inside the windows, at least `border` s away from both ends.
 fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
     for window in log.window.into_iter().chain(window) {

@@ -1,4 +1,4 @@
-//! What the positions of one joint say by frequency: the energy of its motion, and the noise of its encoder.
+//! The spectrum of the positions of one joint: the energy of its motion, and the noise of its encoder.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -6,30 +6,34 @@ use std::f64::consts::TAU;
 use logs::extremes;
 use numerics::fft::RealToComplex;
 
-/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
-/// the numbers.
+/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bit pattern of the frequency in Hz, which has the
+/// order of the numbers.
 pub(crate) type Energy = BTreeMap<u64, f64>;
 
-/// A bin counts as motion from this multiple of the noise of a bin on.
+/// A bin counts as motion where it exceeds the mean noise of a bin by this factor.
 const MOTION_TO_NOISE_RATIO: f64 = 20.0;
+/// The spectrum of motion is used up to 1/5 of the rate; beyond, differentiated noise would exceed the motion.
+const HIGHEST_MOTION_BIN_DIVISOR: usize = 5;
+/// The upper half of the band, from 1/4 of the rate on, contains noise only.
+const LOWEST_NOISE_BIN_DIVISOR: usize = 4;
 
-/// Joints whose extremes are closer than this (rad, m) are at rest. What they show is noise.
+/// Joints with a smaller range of motion, rad (m), are at rest. Their positions are noise.
 pub(crate) const REST_RANGE: f64 = 1e-3;
 
-/// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of
-/// a million samples of noise are ten apart.
+/// Joints whose range is below this many standard deviations of their noise are at rest too. The range of a million
+/// samples of noise is ten standard deviations.
 pub(crate) const REST_RANGE_SIGMAS: f64 = 20.0;
 
-/// From the lowest to the highest position.
+/// Highest minus lowest position, rad (m).
 pub(crate) fn excursion(q: &[f64]) -> f64 {
     let (low, high) = extremes(q);
     high - low
 }
 
-/// The bits of each frequency of motion in Hz, and its energy.
+/// The frequencies of motion, as bit patterns in Hz, with their energy, rad^2/s (m^2/s); `period` in s.
 pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let n = fft.len();
-    // The line through both ends is subtracted, so that the ends of the record make no jump.
+    // The line through both ends is subtracted, so that the periodic continuation has no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
     let mut spectrum = fft.make_output_vec();
@@ -37,9 +41,9 @@ pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) ->
         return Vec::new();
     }
     let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
-    let noise = mean_square(&squares[n / 4..]);
-    // Beyond a fifth of the rate, differentiated noise would outweigh the motion.
-    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > MOTION_TO_NOISE_RATIO * noise);
+    let noise = mean_square(&squares[n / LOWEST_NOISE_BIN_DIVISOR..]);
+    let bins = squares.iter().enumerate().take(n / HIGHEST_MOTION_BIN_DIVISOR).skip(1);
+    let moving = bins.filter(|(_, s)| **s > MOTION_TO_NOISE_RATIO * noise);
     let energy = |(k, square): (usize, &f64)| {
         let frequency = k as f64 / (n as f64 * period);
         (frequency.to_bits(), (TAU * frequency).powi(2) * square * period / n as f64)
@@ -49,7 +53,7 @@ pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) ->
 
 /// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
 ///
-/// The window is flat at its ends [Harris 1978], so the ends of the piece do not leak into the upper half of the band.
+/// The window is flat at its ends [Harris 1978], so the ends of the block do not leak into the upper half of the band.
 pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     let n = fft.len();
     let q = &q[(q.len() - n) / 2..][..n];
@@ -60,14 +64,14 @@ pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     if fft.process(&mut x, &mut spectrum).is_err() {
         return 0.0;
     }
-    let squares: Vec<f64> = spectrum[n / 4..].iter().map(|c| c.norm_sqr()).collect();
+    let squares: Vec<f64> = spectrum[n / LOWEST_NOISE_BIN_DIVISOR..].iter().map(|c| c.norm_sqr()).collect();
     // The squares of the window add up to 3 n / 8.
     mean_square(&squares) / (0.375 * n as f64)
 }
 
 /// The mean square of a bin of noise, from the median of the bins.
 ///
-/// The squares of white noise are distributed exponentially. Spectral lines do not move the median.
+/// The squares of white noise have an exponential distribution. Spectral lines hardly change the median.
 fn mean_square(squares: &[f64]) -> f64 {
     let mut squares = squares.to_vec();
     let middle = squares.len() / 2;
@@ -77,7 +81,7 @@ fn mean_square(squares: &[f64]) -> f64 {
     *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
 }
 
-/// The largest product of 2s, 3s and 5s up to n, at least 95 % of it.
+/// The largest number up to n with no prime factors except 2, 3 and 5; n where none is at least 95 % of it.
 pub(crate) fn smooth_length(n: usize) -> usize {
     let smooth = |mut m: usize| {
         for d in [2, 3, 5] {
@@ -90,22 +94,23 @@ pub(crate) fn smooth_length(n: usize) -> usize {
     (n - n / 20..=n).rev().find(|&m| smooth(m)).unwrap_or(n)
 }
 
-/// Energy of the acceleration, (rad/s^2)^2 s, of that of the velocity by frequency.
+/// Energy of the acceleration, (rad/s^2)^2 s, from the energy of the velocity by frequency.
 pub(crate) fn acceleration_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f64)>) -> f64 {
     velocity.map(|(bits, energy)| (TAU * f64::from_bits(*bits)).powi(2) * energy).sum()
 }
 
-/// Energy of the position, rad^2 s, of that of the velocity by frequency.
+/// Energy of the position, rad^2 s, from the energy of the velocity by frequency.
 pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f64)>) -> f64 {
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
 
-/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2/s^3. Times f^5 it is the noise of n accelerations, h s apart, up to a frequency f.
+/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Times f^5 it is the energy of the noise of n accelerations, h s apart, up to the
+/// frequency f, Hz; `variance`: sigma^2 of a position, rad^2.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }
 
-/// The frequency up to which the energy adds up to `sum`, Hz.
+/// The frequency below which the energy is `sum`, Hz.
 pub(crate) fn quantile(energy: &Energy, sum: f64) -> f64 {
     let mut below = 0.0;
     let reached = energy.iter().find(|(_, e)| {

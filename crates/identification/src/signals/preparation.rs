@@ -1,32 +1,32 @@
-//! From a log to the records of an identification: one for each part between gaps of its clock.
+//! From a log to the records of an identification: one for each segment between gaps of its clock.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::regressor::{Regressor, predict_load};
 use linear_model::states::States;
-use logs::{Error, Log, Undriven};
+use logs::{Error, Log, NoTorqueReason};
 
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::joint_signals::add_motion;
 use crate::signals::signal_options::Signal;
 use crate::signals::transmission::Transmission;
 
-/// The steps that a log goes through before an estimator sees it.
+/// The options for converting a log into states.
 #[derive(Clone, Debug, Default)]
 pub struct Preparation {
     /// The transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
-    /// Friction terms whose columns are made before the filter; terms that are linear in the motion are not among them.
+    /// Friction terms whose columns are computed before the filter, without terms that are linear in the motion.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters that predict the torques which friction grows with; empty without such friction.
+    /// Base parameters that predict the load of load-dependent friction; empty without such friction.
     pub load: Vec<f64>,
-    /// The frequency content of everything that is fitted together, where it is known.
+    /// The frequency content of all logs that are fitted together, where known.
     pub content: Option<FrequencyContent>,
 }
 
 impl Preparation {
-    /// The same for logs with this content, which gives the cut-off where there is none.
+    /// This preparation for logs with this frequency content, which gives the cut-off where the options have none.
     pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
         if self.signal.order > 0 {
             self.signal.cutoff.get_or_insert(content.cutoff);
@@ -35,7 +35,7 @@ impl Preparation {
         self
     }
 
-    /// Adds the motion of a log, or of a block of one.
+    /// Adds the motion of a log, or of a block of a log, to `energy`.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
         if log.report.clock.gaps == 0 {
             return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
@@ -47,7 +47,7 @@ impl Preparation {
         Ok(())
     }
 
-    /// The same with the content of logs that are fitted together.
+    /// This preparation with the frequency content of logs that are fitted together.
     ///
     /// Fails where a log does not fit the transmission.
     pub fn for_logs(&self, logs: &[Log]) -> Result<Preparation, Error> {
@@ -60,13 +60,15 @@ impl Preparation {
     }
 }
 
-/// The states of a log, checked against the regressor: one record for each part between gaps of its clock.
+/// The states of a log, one record for each segment between gaps of its clock.
+///
+/// Fails where the log does not fit the regressor or the options, and where no sample remains.
 pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -> Result<Vec<States>, Error> {
     let states = states_or_none(regressor, log.clone(), preparation)?;
     if states.is_empty() {
         let cutoff = preparation.signal.cutoff.map_or(String::new(), |hz| format!(" (cut-off {hz} Hz)"));
         let message = format!(
-            "no sample is left of {} between the ends, the gaps and the window: the filter{cutoff} takes three periods of \
+            "no sample of {} remains between the ends, the gaps and the window: the filter{cutoff} takes three periods of \
              its cut-off at each end",
             log.len()
         );
@@ -75,7 +77,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// The same as `states`, but empty where nothing is left.
+/// The states of a log like `states`, but empty where no sample remains.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: Log,
@@ -85,7 +87,7 @@ pub(crate) fn states_or_none(
         let states = states_of(regressor, log, preparation)?;
         return Ok(if states.is_empty() { Vec::new() } else { vec![states] });
     }
-    // One cut-off for all parts.
+    // One cut-off for all segments.
     let preparation = match preparation.content {
         Some(_) => preparation.clone(),
         None => preparation.for_logs(std::slice::from_ref(&log))?,
@@ -100,15 +102,15 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Larger than any signal of a robot in any unit. The squares of far larger numbers would overflow.
-const ABSURD_SIGNAL: f64 = 1e100;
+/// Larger than any signal of a robot in any unit; squares of much larger numbers would overflow.
+const IMPOSSIBLE_SIGNAL: f64 = 1e100;
 
-/// A thousand turns, rad. Cables stop a joint between links after a few turns, and a rotor before its gear turns some
-/// hundred times as far. A wheel that has gone farther can start anew without loss, because torques depend on its angle
-/// within a turn only. From 2^27 rad on the generated sine would not be a number.
+/// A thousand turns, rad. Cables limit a joint between links to a few turns, and a rotor before its gear turns about a
+/// hundred times as far. The angle of a wheel can be reduced by whole turns without loss, because torques depend on its
+/// angle within a turn only. From 2^27 rad on the generated sine is NaN.
 const LARGEST_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
 
-/// Refuses positions that cannot be angles of a joint, such as the counts of an encoder.
+/// Fails for positions that cannot be angles of a joint, such as the counts of an encoder.
 fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<(), Error> {
     for (k, q) in q.iter().enumerate().filter(|(k, _)| !regressor.is_prismatic(*k)) {
         if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > LARGEST_ANGLE_RAD) {
@@ -124,13 +126,13 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
     Ok(())
 }
 
-/// The coordinates that something else moves.
+/// The coordinates without a drive whose motion is prescribed from outside.
 fn prescribed(log: &Log) -> Vec<usize> {
     let suspects = log.report.suspect.iter().enumerate();
-    suspects.filter(|(_, suspect)| suspect.undriven == Some(Undriven::Prescribed)).map(|(k, _)| k).collect()
+    suspects.filter(|(_, suspect)| suspect.undriven == Some(NoTorqueReason::Prescribed)).map(|(k, _)| k).collect()
 }
 
-/// The states of a log without gaps; none where nothing is left between the ends and the window.
+/// The states of a log without gaps; empty where no sample remains between the ends and inside the window.
 fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> Result<States, Error> {
     let n = regressor.coordinates().len();
     if log.coordinates.len() != n {
@@ -143,11 +145,15 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     check_angles(regressor, &signals.log, &signals.q)?;
     let mut states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
     let finite =
-        [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD_SIGNAL));
+        [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < IMPOSSIBLE_SIGNAL));
     if !finite {
-        return Err(Error::at(&name, 0, "the signals leave the range of numbers; look for absurd values in the log"));
+        return Err(Error::at(
+            &name,
+            0,
+            "the signals exceed the range of floating-point numbers; look for absurd values in the log",
+        ));
     }
-    // What moves a coordinate from outside is not known: its motion counts, and its row does not.
+    // The external force on a prescribed coordinate is unknown: its motion is used, its row is not.
     states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());
@@ -163,7 +169,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     Ok(states)
 }
 
-/// Records, of the log of that number.
+/// Sets the log number of records.
 pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
     records.iter_mut().for_each(|states| states.log = number);
     records

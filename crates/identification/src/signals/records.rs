@@ -1,9 +1,9 @@
-//! The records of an identification: states held in memory, or made anew at every pass where they are too many.
+//! The records of an identification: states in memory, or recomputed in every pass where they are too many.
 //!
-//! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states of as many
-//! blocks are made once and held as fit into `MAX_HELD_BYTES` bytes together with the logs; those of the others are made
-//! anew at every pass. Eight million rows of six joints fit, decimated as by default. A second pass keeps the samples
-//! that are enough for the tested faults, so that no pass is made for these.
+//! The states of a log of several blocks (`logs::LogStream`) do not depend on the source of its blocks. States of the first
+//! blocks are kept in memory, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are recomputed in every
+//! pass. Eight million rows of six joints fit with default decimation. The second pass also keeps the thinned samples for
+//! the test of faults, which then needs no pass of its own.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -13,27 +13,30 @@ use numerics::interruption::Interruption;
 use crate::signals::cutoff::MotionEnergy;
 use crate::signals::preparation::{Preparation, of_log, states, states_or_none};
 use crate::signals::seldom::sample_period;
-use crate::signals::thinned::{Beside, Thinned};
+use crate::signals::thinned::{SecondReader, ThinnedSamples};
 
-/// Records in a fixed order, to be gone through as often as an estimator needs.
+/// Records in a fixed order, which an estimator can traverse several times.
 pub trait Records {
-    /// Hands over the states of one record after the other.
+    /// Calls `take` with the states of each record in order.
     ///
-    /// Fails when the states cannot be read (again), because a file has gone or a number is out of range.
+    /// Fails when the states cannot be read (again), because a file is missing or a number is out of range.
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error>;
 
-    /// Every m-th sample, with the least m that leaves at most `most`.
+    /// Every m-th sample, with the smallest m that gives at most `most` samples.
     ///
-    /// Fails as `each` does.
-    fn thinned(&self, most: usize) -> Result<Thinned, Error> {
-        Thinned::of(|take| self.each(take), most)
+    /// Fails where `each` fails.
+    fn thinned(&self, most: usize) -> Result<ThinnedSamples, Error> {
+        ThinnedSamples::of(|take| self.each(take), most)
     }
 
-    /// Number of contiguous parts that each record is kept in, so that parts can be left out.
+    /// Number of contiguous blocks of each record whose triangles are kept separately, for cross-validation.
     fn parts(&self) -> usize {
-        20
+        BLOCKS_PER_RECORD
     }
 }
+
+/// Default number of blocks of a record.
+const BLOCKS_PER_RECORD: usize = 20;
 
 impl Records for [States] {
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
@@ -42,40 +45,42 @@ impl Records for [States] {
     }
 }
 
-/// The records of logs, of which some may be too long to be held.
+/// The records of logs, some of which may be too long for memory.
 pub struct SourceRecords<'a> {
     regressor: &'a dyn Regressor,
-    sources: Vec<Source<'a>>,
-    beside: Beside,
+    sources: Vec<RecordSource<'a>>,
+    beside: SecondReader,
 }
 
 struct Stream<'a> {
     log: &'a LogStream,
-    /// Which of the logs it is, from 0.
+    /// Number of the log, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time of the neighbouring blocks that a block also holds, s.
+    /// Overlap of a block with its neighbours, s.
     overlap: f64,
 }
 
-enum Source<'a> {
+enum RecordSource<'a> {
     Held(Vec<States>),
-    /// The states of the first blocks, how many blocks these are, and what makes those of the others.
+    /// The states of the first blocks, the number of these blocks, and the stream of the other blocks.
     Streamed(Vec<States>, usize, Stream<'a>),
 }
 
 impl<'a> SourceRecords<'a> {
+    /// The records of logs.
+    ///
     /// Fails when a log does not fit the robot, the transmission or the signal preparation.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
         SourceRecords::new_within(regressor, logs, preparation, MAX_HELD_BYTES)
     }
 
-    /// Whether some states are made anew at every pass.
+    /// Whether some states are recomputed in every pass.
     pub fn are_made_anew(&self) -> bool {
-        self.sources.iter().any(|source| matches!(source, Source::Streamed(..)))
+        self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// As `new`, where `held` is the bytes up to which logs of several blocks and their states are held.
+    /// The records of logs; `held`: bytes up to which logs of several blocks and their states are kept in memory.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -89,7 +94,7 @@ impl<'a> SourceRecords<'a> {
         let raw: usize = logs.iter().map(LogSource::held_bytes).sum();
         let mut left = held.saturating_sub(raw);
         let source = |(number, log): (usize, &'a LogSource)| match log {
-            LogSource::Held(log) => Ok(Source::Held(of_log(number, states(regressor, log, &preparation)?))),
+            LogSource::Held(log) => Ok(RecordSource::Held(of_log(number, states(regressor, log, &preparation)?))),
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, number, &preparation);
                 let (mut records, mut blocks, mut is_whole) = (Vec::new(), 0, left > 0);
@@ -100,21 +105,21 @@ impl<'a> SourceRecords<'a> {
                         if is_whole {
                             left -= bytes;
                             blocks += 1;
-                            // A copy stands in memory that the block's signals have left, the original behind them.
+                            // The copy uses memory that the signals of the block have freed, which avoids fragmentation.
                             records.extend(of_block.iter().cloned());
                         }
                         is_whole
                     })?;
                 }
-                Ok(if is_whole { Source::Held(records) } else { Source::Streamed(records, blocks, stream) })
+                Ok(if is_whole { RecordSource::Held(records) } else { RecordSource::Streamed(records, blocks, stream) })
             }
         };
         let sources = logs.iter().enumerate().map(source).collect::<Result<_, _>>()?;
-        Ok(SourceRecords { regressor, sources, beside: Beside::default() })
+        Ok(SourceRecords { regressor, sources, beside: SecondReader::default() })
     }
 }
 
-/// Bytes up to which the numbers of long logs and their states are held: with what the work takes, 700 MiB.
+/// Bytes up to which long logs and their states are kept in memory; with working memory 700 MiB in total.
 const MAX_HELD_BYTES: usize = 1 << 29;
 
 /// The preparation with the content of all logs together, which sets the cut-off.
@@ -124,7 +129,7 @@ fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Prepara
     Ok(preparation.clone().with_content(energy.content()))
 }
 
-/// Adds the motion of a log to that from which the default cut-off follows.
+/// Adds the motion of a log to `energy`, from which the default cut-off follows.
 ///
 /// Fails where the log does not fit the transmission, or cannot be read again.
 pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut MotionEnergy) -> Result<(), Error> {
@@ -140,7 +145,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// Fixes the decimation, which is then the same in all blocks.
+    /// A stream with a fixed decimation, which is then equal in all blocks.
     fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -151,7 +156,7 @@ impl<'a> Stream<'a> {
         Stream { log, number, preparation, overlap }
     }
 
-    /// Makes the states of the blocks from `first` on, block by block, until `take` wants no more.
+    /// Computes the states of the blocks from `first` on, block by block, until `take` returns false.
     fn each(
         &self,
         regressor: &dyn Regressor,
@@ -167,19 +172,19 @@ impl<'a> Stream<'a> {
         })?;
         match any {
             true => Ok(()),
-            false => Err(Error::new("no sample is left of the log between its ends and the window")),
+            false => Err(Error::new("no sample of the log remains between its ends and the window")),
         }
     }
 }
 
 impl SourceRecords<'_> {
-    /// The states of one record after the other, held or made anew.
+    /// Calls `take` with the states of each record, from memory or recomputed.
     fn each_record(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
             match source {
-                Source::Held(records) => records.iter().for_each(&mut *take),
-                Source::Streamed(records, blocks, stream) => {
+                RecordSource::Held(records) => records.iter().for_each(&mut *take),
+                RecordSource::Streamed(records, blocks, stream) => {
                     records.iter().for_each(&mut *take);
                     stream.each(self.regressor, *blocks, &mut |records| {
                         records.iter().for_each(&mut *take);
@@ -200,8 +205,8 @@ impl Records for SourceRecords<'_> {
         self.beside.pass(|take| self.each_record(take), take)
     }
 
-    fn thinned(&self, most: usize) -> Result<Thinned, Error> {
-        self.beside.found(most).map_or_else(|| Thinned::of(|take| self.each(take), most), Ok)
+    fn thinned(&self, most: usize) -> Result<ThinnedSamples, Error> {
+        self.beside.found(most).map_or_else(|| ThinnedSamples::of(|take| self.each(take), most), Ok)
     }
 }
 
@@ -217,7 +222,7 @@ mod tests {
     use random::Random;
     use std::path::{Path, PathBuf};
 
-    /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.
+    /// Writes a log of a pendulum with `rows` rows; `row` formats t, q and tau.
     fn write(name: &str, rows: usize, mut row: impl FnMut(usize, [f64; 3]) -> String) -> PathBuf {
         let states = Pendulum::new().states(rows);
         let mut random = Random::new(5);
@@ -230,7 +235,7 @@ mod tests {
         path
     }
 
-    /// Opens a log, in blocks of 2000 rows where not all rows are held.
+    /// Opens a log, in blocks of 2000 rows where not all rows fit into `held`.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0
@@ -258,14 +263,14 @@ mod tests {
             let held = fit(&path, 20_000, &options).estimate;
             let streamed = fit(&path, 1000, &options).estimate;
             assert_eq!(streamed.rows, held.rows);
-            // The period of a block's clock is that of the log but for the last digits.
+            // The period of a block differs from the period of the log in the last digits only.
             let (streamed_hz, held_hz) = (streamed.cutoff.unwrap(), held.cutoff.unwrap());
             assert!((streamed_hz / held_hz - 1.0).abs() < 1e-12, "{streamed_hz} {held_hz}");
             for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
-                // The filter has forgotten its start to a part in 1e12.
+                // The effect of the filter's start has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // The replicates of a streamed log are the parts of its blocks, some fifty draws against twenty.
+                // The clusters of a streamed log are parts of its blocks: about fifty draws instead of twenty.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);
@@ -273,7 +278,7 @@ mod tests {
         options.weights = Weights::Huber;
         let (a, b) = (fit(&path, 1000, &options).estimate, fit(&path, 20_000, &options).estimate);
         for (a, b) in a.parameters.iter().zip(&b.parameters) {
-            // The iterations end when nothing moves by a thousandth of a sigma.
+            // The iterations end when no parameter changes by more than a thousandth of a sigma.
             assert!((a.value.unwrap() - b.value.unwrap()).abs() < 2e-3 * b.sigma.unwrap());
         }
         std::fs::remove_file(path).unwrap();
@@ -291,14 +296,16 @@ mod tests {
             let held = logs[0].held_bytes().saturating_add(held_states);
             let records = SourceRecords::new_within(&arm, &logs, &options.preparation(), held).unwrap();
             match &records.sources[0] {
-                Source::Held(_) => assert_eq!(held_states, usize::MAX),
-                Source::Streamed(_, blocks, _) => assert_eq!((*blocks > 0, *blocks < 10), (held_states > 0, true)),
+                RecordSource::Held(_) => assert_eq!(held_states, usize::MAX),
+                RecordSource::Streamed(_, blocks, _) => {
+                    assert_eq!((*blocks > 0, *blocks < 10), (held_states > 0, true))
+                }
             }
             (report, Fit::of_records(&arm, &records, vec![], &options).unwrap().estimate)
         };
         let (report, estimate) = found(20_000, 0);
         assert_eq!((report.rows, report.left_out.not_finite), (20_000, 23));
-        // 100 kB are the states of some of the ten blocks.
+        // 100 kB is enough for the states of some of the ten blocks.
         for (rows, states) in [(20_000, usize::MAX), (1000, 0), (1000, usize::MAX), (1000, 100_000), (20_000, 100_000)]
         {
             let (other, found) = found(rows, states);
@@ -337,8 +344,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // The cut-off moves by bins: one of 30 s for the whole, of 12 s and 18 s for the parts beside the hole, each
-        // times twenty.
+        // The cut-off changes in steps of twenty bins: of 30 s for the whole, of 12 s and 18 s for the segments before and
+        // after the gap.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }
@@ -357,16 +364,16 @@ mod tests {
         });
         let (held, streamed) = (open(&path, 20_000), open(&path, 1000));
         let (held, streamed) = (held.report(), streamed.report());
-        // Rest is looked for in steps of 0.05 s, from the start of each block.
+        // Rest is searched in steps of 0.05 s, from the start of each block.
         let close = |a: f64, b: f64| (a - b).abs() < 0.1;
         let lengths = |r: &LogReport| [r.rest.total, r.rest.after, r.rest.before, r.clock.duration];
         let (a, b) = (lengths(streamed), lengths(held));
         assert!(a.iter().zip(b).all(|(a, b)| close(*a, b)), "{streamed}{held}");
-        // A repeat across the end of a block is not seen: at most one for each of the ten blocks.
+        // A repeat across the end of a block is not detected: at most one for each of the ten blocks.
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };
         let (rest, repeated) = (held.rest, held.repeated);
-        // The step of the clock of a part is that of the whole but for the last digits.
+        // The clock step of a segment differs from the step of the whole in the last digits only.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
         let refresh = held.refresh;
         let counts = LogReport { clock, rest, repeated, refresh, ..streamed.clone() };

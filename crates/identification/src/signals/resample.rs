@@ -1,19 +1,20 @@
-//! From the clock of a log to a uniform one, by linear interpolation.
+//! Resampling of a log to a uniform clock, by linear interpolation.
 
-/// More samples than this mean a wrong rate, not a long log.
+/// Largest number of samples; more of them mean a wrong rate, not a long log.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
+/// Relative margin that keeps a whole number of periods whole against rounding.
+const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
-/// Instants `period` apart from the first to at most the last of `t`; `None` for a period that
-/// gives fewer than two or absurdly many of them.
+/// Times `period` apart, s, from the first up to at most the last of `t`; `None` where there would be fewer than two of
+/// them, or more than the largest number.
 pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
-    // The factor keeps rounding from losing a whole period.
-    let steps = ((last - first) / period * (1.0 + 1e-12)).floor();
+    let steps = ((last - first) / period * (1.0 + WHOLE_PERIOD_MARGIN)).floor();
     let usable = (1.0..MAX_RESAMPLED_SAMPLES).contains(&steps);
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// The signal x(t) at each instant of `at`, both in increasing order; constant beyond the ends.
+/// The signal x(t) at each time of `at`, both in increasing order; constant beyond the ends.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

@@ -1,15 +1,14 @@
-//! Columns of friction that jump or bend where a joint turns, before the filter of the torques.
+//! Friction columns with a jump or kink at reversals, computed before the filter of the torques.
 //!
-//! The filter rounds the jump of a torque at a reversal. A column f(dq) is rounded in the same way only if f is taken
-//! of a lightly filtered velocity and the column is then filtered as a whole. The filter of a product is not the
-//! product of the filters, and a velocity behind the filter turns later or earlier, and more slowly, than the joint.
+//! The filter smooths the jump of a torque at a reversal. A column f(dq) is smoothed equally only if f is computed from a
+//! lightly filtered velocity and the column is then filtered as a whole: the filter of a product is not the product of
+//! the filters, and a filtered velocity changes sign earlier or later, and more slowly, than the joint.
 //!
-//! A row stands for its cell [t - h/2, t + h/2], in which the velocity is linear on either side of t. With F the
+//! A row represents its cell [t - h/2, t + h/2], in which the velocity is linear on either side of t. With F the
 //! antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a). For the sign F = abs(v), and
-//! for tanh(v/w) F = w ln cosh(v/w). A sign taken at the samples alone would move every reversal by up to half a
-//! sample.
+//! for tanh(v/w) F = w ln cosh(v/w). The sign at the samples alone would shift every reversal by up to half a sample.
 //!
-//! | term | column before the filter; s the mean sign |
+//! | term | column before the filter; s: mean sign |
 //! |---|---|
 //! | Coulomb | s |
 //! | smooth Coulomb | mean of tanh(v/w) |
@@ -23,16 +22,16 @@ use linear_model::friction::terms::{FrictionTerm, sign};
 pub fn directions(v: &[f64]) -> Vec<f64> {
     let mean = |a: f64, b: f64| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) };
     let direction = |i: usize| match v.get(i.wrapping_sub(1)..i + 2) {
-        // Most rows: nothing turns.
+        // Most rows have no reversal.
         Some(&[before, at, after]) if before * at > 0.0 && at * after > 0.0 => sign(at),
         _ => cell_mean(v, i, mean),
     };
     (0..v.len()).map(direction).collect()
 }
 
-/// The columns of a term, one series each, from velocities and torques.
+/// The columns of a term, one series each, from velocities, rad/s (m/s), and torques, N m (N).
 ///
-/// Empty for a term whose columns are linear in the motion, or the direction alone.
+/// Empty for a term whose columns are linear in the motion, or equal to the direction.
 pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     let of = |f: &dyn Fn(f64, f64) -> f64| v.iter().zip(directions(v)).map(|(&v, s)| f(v, s)).collect::<Vec<f64>>();
     match term {
@@ -53,12 +52,16 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
+/// Relative width of a velocity interval below which the mean of tanh is its value in the middle: the rounding of the
+/// quotient would be larger.
+const NARROW_INTERVAL_RATIO: f64 = 1e-3;
+
 /// The mean over the cell of each row.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..v.len()).map(|i| cell_mean(v, i, &mean)).collect()
 }
 
-/// Half the mean from the cell's start to the sample, and half that from there to its end.
+/// Half the mean from the start of the cell to the sample, plus half the mean from the sample to the end.
 fn cell_mean(v: &[f64], i: usize, mean: impl Fn(f64, f64) -> f64) -> f64 {
     let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
     let after = 0.5 * (v[i] + v[(i + 1).min(v.len() - 1)]);
@@ -67,8 +70,7 @@ fn cell_mean(v: &[f64], i: usize, mean: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// The mean of tanh(v/w) from a to b.
 fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
-    // Below this difference the velocity is constant to the rounding of the quotient.
-    if (b - a).abs() < 1e-3 * w {
+    if (b - a).abs() < NARROW_INTERVAL_RATIO * w {
         return (0.5 * (a + b) / w).tanh();
     }
     let log_cosh = |x: f64| x.abs() + (-2.0 * x.abs()).exp().ln_1p();
@@ -79,12 +81,12 @@ fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Wherever the samples fall, the cells add up to the time of forward motion less that of backward motion.
+    /// For any position of the samples, the sum of the cells is the time of forward motion minus the time of backward motion.
     #[test]
     fn a_reversal_is_where_it_is() {
         for shift in [0.0, 0.13, 0.5, 0.77] {
             let v: Vec<f64> = (0..21).map(|i| 0.3 * (i as f64 - 10.0 + shift)).collect();
-            // The joint moves forward from sample 10 - shift on; the half cells at both ends are left out.
+            // The joint moves forward from sample 10 - shift on; half cells at both ends are left out.
             let sum: f64 = directions(&v)[1..20].iter().sum();
             assert!((sum - 2.0 * shift).abs() < 1e-12, "{shift} {sum}");
             let narrow: f64 = columns(FrictionTerm::SmoothCoulomb(1e-4), &v, &v)[0][1..20].iter().sum();

@@ -1,34 +1,34 @@
-//! Signals that come more seldom than rows.
+//! Signals with a lower sampling rate than the rows of their log.
 //!
-//! A row that repeats the one before is no sample: the value is of the instant at which it came. Such signals are taken at
-//! those instants, on a clock of their own rate, so that no cut-off, no noise and no number of rows follows from the rate of
-//! the logger. Torques that come more seldom than positions are interpolated between their own instants.
+//! A row that repeats the previous value is no sample: the value belongs to the time of its first row. Such signals are
+//! sampled at those times, with a clock of their own rate, so that cut-off, noise and number of rows do not depend on the
+//! rate of the logger. Torques with a lower rate than the positions are interpolated between their own samples.
 
 use logs::{Log, LogReport};
 
 use crate::signals::signal_options::Signal;
 
-/// s between the samples that a log is taken at: the rate asked for, or that of the positions.
+/// Time between the samples of a prepared log, s: by the requested rate, or by the rate of the positions.
 pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
     let seldom = report.refresh.seldom_motion(report.clock.period).filter(|_| !signal.own_clock);
     let period = seldom.unwrap_or(report.clock.period);
     signal.rate.map_or(period, |rate| 1.0 / rate)
 }
 
-/// The places at which some of the series change, from the first change on; `None` where each row is a sample.
+/// The row indices at which some of the series change, from the first change on; `None` where each row is a sample.
 pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
     let rows = group.first().filter(|_| is_seldom)?.len();
     let places: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
     (places.len() > 1).then_some(places)
 }
 
-/// Whether positions, and whether torques, of a log come more seldom than its rows.
+/// Whether positions, and whether torques, of a log have a lower sampling rate than its rows.
 pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
     let (refresh, period) = (&log.report.refresh, log.report.clock.period);
     [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]
 }
 
-/// Some of the samples of a series.
+/// The samples of a series at these indices.
 pub(crate) fn at_places(x: &[f64], places: &[usize]) -> Vec<f64> {
     places.iter().map(|&r| x[r]).collect()
 }
@@ -44,10 +44,10 @@ mod tests {
     use logs::{ColumnNames, LogSource, Table};
     use std::fmt::Write as _;
 
-    /// A pendulum's log at 500 Hz whose positions are new every `motion` rows, and whose torques every `effort` rows.
+    /// A log of a pendulum at 500 Hz with new positions every `motion` rows and new torques every `effort` rows.
     fn log(motion: usize, effort: usize) -> Log {
         let arm = Pendulum::new();
-        // Angle and torque at the row with which the value came.
+        // Angle and torque at the first row of each value.
         let at = |r: usize| {
             let t = 2e-3 * r as f64;
             let (a, b) = ((2.0 * t).sin_cos(), (5.1 * t).sin_cos());
@@ -79,14 +79,14 @@ mod tests {
             energy.content()
         };
         let (a, b) = (cutoff(&fresh), cutoff(&held));
-        // One bin of 16 s on either side.
+        // Tolerance: one bin of 16 s to both sides.
         assert!((a.f95[0] - b.f95[0]).abs() <= 0.126, "{a:?} {b:?}");
         let signal = Signal { cutoff: Some(10.0), decimate: Some(1), ..Signal::default() };
         let preparation = Preparation { signal, ..Preparation::default() };
         let found = &states(&arm, &held, &preparation).unwrap()[0];
         assert!((found.period - 8e-3).abs() < 1e-6, "{}", found.period);
-        // The torques belong to the positions: a delay of half the time between new values would be 0.1 N m off. The filter
-        // and the differences of the fourth order at 8 ms leave less than a hundredth of the largest torque.
+        // The torques have no delay: a delay of half the time between new values would give an error of 0.1 N m. The errors of
+        // the filter and of the fourth-order differences at 8 ms are below a hundredth of the largest torque.
         let mut y = [0.0; 3];
         for r in (0..found.len()).step_by(37) {
             arm.fill(&found.q[r..r + 1], &found.dq[r..r + 1], &found.ddq[r..r + 1], &mut y);

@@ -1,43 +1,43 @@
-//! How signals become states: filters, derivatives, clock, window. Every field has a default.
+//! The options for converting signals into states: filters, derivatives, clock, window. Every field has a default.
 
 use logs::Window;
 use serde::{Deserialize, Serialize};
 
 use crate::signals::butterworth::Butterworth;
 
-/// How signals become states.
+/// The options for converting signals into states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Signal {
-    /// Cut-off of the low-pass on positions and velocities, Hz; by default the rule of `cutoff`.
+    /// Cut-off of the low-pass for positions and velocities, Hz; by default the rule of `cutoff`.
     pub cutoff: Option<f64>,
-    /// Cut-off of the low-pass on the torques, Hz; by default that of the positions.
+    /// Cut-off of the low-pass for torques, Hz; by default the cut-off for positions.
     pub effort_cutoff: Option<f64>,
     /// Order of the low-pass; 0: no filter.
     pub order: usize,
-    /// Keep every n-th sample; by default ten samples a period of the cut-off are kept.
+    /// Keep every n-th sample; by default ten samples per period of the cut-off.
     pub decimate: Option<usize>,
-    /// Rate of the uniform clock to resample to, Hz; by default the rate of the log where its clock is not uniform.
+    /// Rate of the uniform clock for resampling, Hz; by default the rate of the log where its clock is not uniform.
     pub rate: Option<f64>,
-    /// Keep the log's own clock even where it is not uniform.
+    /// Whether the log keeps its own clock, even where it is not uniform.
     pub own_clock: bool,
-    /// Where dq comes from.
+    /// Source of dq.
     pub velocity: Velocity,
-    /// Where ddq comes from.
+    /// Source of ddq.
     pub acceleration: Velocity,
     /// Time dropped at each end, s; by default one period of the cut-off, three where velocities are differentiated.
     pub border: Option<f64>,
-    /// Use samples in this interval only.
+    /// Interval of the used samples.
     pub window: Option<Window>,
-    /// Speed below which rows of a joint are dropped, rad/s; 0: none. By default the rows of a joint that stays
-    /// where it is (`standstill`) are dropped where the model has dry friction.
+    /// Speed below which rows of a joint are dropped, rad/s (m/s); 0: no row is dropped. By default the rows of a joint at
+    /// standstill (`standstill`) are dropped where the model has dry friction.
     pub standstill: Option<f64>,
-    /// Time by which the torques lag the positions, s: a [`possible_delay`].
+    /// Delay of the torques relative to the positions, s: a [`possible_delay`].
     pub delay: f64,
-    /// Make the columns of dry friction of a velocity with a cut-off of its own, and pass them through the filter of
-    /// the torques. The filter then rounds their jumps at reversals as it rounds those of the torques.
+    /// Whether the columns of dry friction are computed from a velocity with a separate cut-off, and then filtered like the
+    /// torques. Then the filter smooths the jumps of columns and torques at reversals equally.
     pub filtered_sign: bool,
-    /// Cut-off of that velocity, Hz; by default `REVERSAL_CUTOFF_RATIO` times that of the torques.
+    /// Cut-off of that velocity, Hz; by default `REVERSAL_CUTOFF_RATIO` times the cut-off for torques.
     pub reversal_cutoff: Option<f64>,
 }
 
@@ -62,15 +62,23 @@ impl Default for Signal {
     }
 }
 
-/// Cut-off of the velocity that shows reversals, as a multiple of that of the torques.
+/// Cut-off of the velocity for reversals over the cut-off for torques.
 pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
-/// Longest delay, s. A delay is a fault of a logger, and none is as long as a second.
+/// Longest delay, s. A delay is a fault of a logger, and shorter than a second.
 const LONGEST_DELAY_S: f64 = 1.0;
+/// Default number of samples per period of the cut-off.
+const SAMPLES_PER_CUTOFF_PERIOD: f64 = 10.0;
+/// Margin that keeps a whole number of samples whole: the clocks of two logs differ in the last digits.
+const WHOLE_SAMPLE_MARGIN: f64 = 1e-6;
+/// Default time dropped at each end, in periods of the cut-off, where velocities are differentiated.
+const DIFFERENTIATED_BORDER_PERIODS: f64 = 3.0;
+/// Samples added to the memory of a signal, for differences and interpolation.
+const MEMORY_MARGIN_SAMPLES: f64 = 8.0;
 
-/// Returns `seconds` where torques can lag positions by them.
+/// Returns `seconds` where it is a possible delay of torques relative to positions, s.
 ///
-/// Fails, saying what is expected, where they cannot.
+/// Fails with the expected range otherwise.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
     // This is false for NaN too.
     let is_possible = seconds.abs() < LONGEST_DELAY_S;
@@ -80,26 +88,26 @@ pub fn possible_delay(seconds: f64) -> Result<f64, String> {
 }
 
 impl Signal {
-    /// One sample in so many is kept: `decimate`, or ten a period of the cut-off.
+    /// Every n-th sample is kept: n by `decimate`, or for ten samples per period of `cutoff`, Hz; `period` in s.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
-        // The clocks of two logs differ in the last digits; the margin keeps a whole number of samples whole.
-        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period) + 1e-6) as usize } else { 1 };
-        self.decimate.unwrap_or(ten_a_period).max(1)
+        let samples = 1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff * period);
+        let by_cutoff = if cutoff > 0.0 { (samples + WHOLE_SAMPLE_MARGIN) as usize } else { 1 };
+        self.decimate.unwrap_or(by_cutoff).max(1)
     }
 
-    /// Time dropped at each end, s. There the filter guesses the signal, and differentiating doubles the error.
+    /// Time dropped at each end, s. There the filter extrapolates the signal, and differentiating doubles the error.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
-        let periods = if differentiated { 3.0 } else { 1.0 };
+        let periods = if differentiated { DIFFERENTIATED_BORDER_PERIODS } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
     }
 
-    /// Time after which the ends of a signal have no more effect, s, for a `cutoff` in Hz and a `period` in s.
+    /// Time after which the effect of the ends of a signal is negligible, s, for a `cutoff` in Hz and a `period` in s.
     pub(crate) fn memory(&self, cutoff: f64, period: f64) -> f64 {
         let slowest = match (self.order, self.effort_cutoff) {
             (0, _) => 0.0,
             (order, other) => Butterworth::memory(order, cutoff.min(other.unwrap_or(cutoff))),
         };
-        slowest.max(self.border_of(cutoff, true)) + self.delay.abs() + 8.0 * period
+        slowest.max(self.border_of(cutoff, true)) + self.delay.abs() + MEMORY_MARGIN_SAMPLES * period
     }
 }
 
@@ -110,7 +118,7 @@ pub enum Velocity {
     /// The measured signal where the log has it.
     #[default]
     Auto,
-    /// Measured; refused where the log has none.
+    /// Measured; an error where the log has none.
     Measured,
     /// Differentiated, also where it was measured.
     Differentiated,

@@ -1,32 +1,34 @@
-//! When a joint stands still.
+//! Detection of standstill of a joint.
 //!
 //! Stiction is not in the model. A joint at rest carries any torque up to its Coulomb friction, so its rows are wrong.
-//! A reversal is no standstill, however slow it is. Under a steady acceleration the joint spends half of the time in the
-//! quarter of its way that is nearest to the turning point. A joint that sticks where it turns spends most of the time
-//! there.
+//! A slow reversal is no standstill. With constant acceleration the joint spends half of the time in the quarter of its
+//! path that is nearest to the turning point. A joint that sticks at the turning point spends most of the time there.
 
 use std::ops::Range;
 
 /// Time for which a joint must stay within [`STANDSTILL_BAND`], s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the band, rad (m). It is 1e-3 rad/s over the span.
+/// Width of the band, rad (m): a speed of 1e-3 rad/s (m/s) over the span.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// Least depth of a turn beside that of one under a steady acceleration, which turns from the speed of the band to the same
-/// speed back: a quarter of that speed times its time.
+/// Depth of a reversal with constant acceleration, over the speed of the band times the duration: it turns from that speed
+/// to its negative.
+const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
+
+/// Least depth of a reversal over the depth of one with constant acceleration.
 const LEAST_DEPTH_SHARE: f64 = 0.6;
 
-/// The part of the way next to the turning point.
-const TURNING_SHARE: f64 = 0.25;
+/// The share of the path next to the turning point.
+const TURNING_PATH_SHARE: f64 = 0.25;
 
-/// Largest share of the time that a reversal spends there: half under a steady acceleration, and something for its change.
+/// Largest share of the time that a reversal spends there: half with constant acceleration, plus a margin for its change.
 const REVERSAL_TIME_SHARE: f64 = 0.6;
 
-/// Tells for each sample of a position whether the joint stands still there.
+/// For each sample of a position q, rad (m), whether the joint is at standstill; `period` in s.
 ///
-/// It does in spans in which the position stays within the band. Spans that follow each other are taken together, and are
-/// none where they are a reversal.
+/// It is, in spans in which the position stays within the band. Adjacent spans are merged, and a merged span that is a
+/// reversal is no standstill.
 pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     let span = ((STANDSTILL_SPAN_S / period).ceil() as usize).max(2);
     let mut still = vec![false; q.len()];
@@ -49,7 +51,7 @@ pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     still
 }
 
-/// The number of samples for which a position stays within the band; 0 where it does not for a span.
+/// The number of samples for which a position stays within the band; 0 where it is shorter than a span.
 fn stay(q: &[f64], span: usize) -> usize {
     if (q[span - 1] - q[0]).abs() > STANDSTILL_BAND {
         return 0;
@@ -63,7 +65,7 @@ fn stay(q: &[f64], span: usize) -> usize {
 }
 
 fn mark(q: &[f64], slow: Range<usize>, span: usize, still: &mut [bool]) {
-    // What happens before and after a record is not known: a range at its ends is a rest.
+    // The motion before and after a record is unknown: a slow range at its ends counts as rest.
     let is_inside = slow.start >= span && slow.end + span <= q.len();
     let is_turn = is_inside && [1.0, -1.0].iter().any(|sign| is_reversal(&q[slow.clone()], *sign, span));
     still[slow].fill(!is_turn);
@@ -74,18 +76,18 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     let depth = |x: f64| sign * x;
     let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
     let bottom = q.iter().map(|x| depth(*x)).fold(f64::INFINITY, f64::min);
-    // The way on the side on which it is shorter.
-    let way = depth(first).min(depth(last)) - bottom;
-    let expected = 0.25 * STANDSTILL_BAND * q.len() as f64 / span as f64;
-    if way < LEAST_DEPTH_SHARE * expected {
+    // The path on the side on which it is shorter.
+    let path = depth(first).min(depth(last)) - bottom;
+    let expected = CONSTANT_ACCELERATION_DEPTH * STANDSTILL_BAND * q.len() as f64 / span as f64;
+    if path < LEAST_DEPTH_SHARE * expected {
         return false;
     }
-    let within = |share: f64| q.iter().filter(|x| depth(**x) - bottom <= share * way).count() as f64;
-    within(TURNING_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
+    let within = |share: f64| q.iter().filter(|x| depth(**x) - bottom <= share * path).count() as f64;
+    within(TURNING_PATH_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
-/// Sets to zero the rates of those of n joints that stand still in all samples, and their positions to the mean: they are
-/// noise, whose square would decide parameters that only this joint's motion shows. Hands `used` back.
+/// For joints (of n) at standstill in all samples: sets rates to zero and positions to their mean. Their noise would otherwise
+/// determine parameters that depend on the motion of this joint only. Returns `used`.
 pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
     let samples = used.len() / n.max(1);
@@ -115,10 +117,10 @@ mod tests {
         let still = standstill(&q, period);
         let moving = |r: Range<usize>| still[r].iter().filter(|s| !**s).count();
         assert_eq!(moving(0..100), 0);
-        // The reversal at 2 s is no standstill. The start and the end of the swing hardly move and are not checked.
+        // The reversal at 2 s is no standstill. Start and end of the swing are slow and are not checked.
         assert_eq!(moving(120..280), 160);
         assert_eq!(moving(300..400), 0);
-        // At ten times the speed of the band nothing stands still, nor does a record shorter than the span.
+        // There is no standstill at ten times the speed of the band, nor in a record shorter than the span.
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));
@@ -138,12 +140,12 @@ mod tests {
             standstill(&q, period).iter().filter(|s| **s).count() as f64 * period
         };
         assert_eq!(still_time(0.0), 0.0);
-        // Five or six turns in 60 s. Below 1e-3 rad/s, the speed of the band, the swing is for a second before and a second after.
+        // Five or six reversals in 60 s. For a second before and after, the swing is below 1e-3 rad/s, the speed of the band.
         for rest in [1.0, 2.0] {
             let found = still_time(rest);
             assert!((5.0 * rest..6.0 * (rest + 2.5)).contains(&found), "{rest}: {found}");
         }
-        // A joint that goes on the way it came has stopped, not turned.
+        // A joint that continues in the same direction has stopped, not turned.
         let stop: Vec<f64> = (0..1000).map(|i| 0.05 * (period * i as f64 - 5.0).powi(3)).collect();
         assert!(standstill(&stop, period).contains(&true));
     }

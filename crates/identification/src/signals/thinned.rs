@@ -1,33 +1,33 @@
-//! Every m-th sample of records, for what costs more a sample than all samples are worth.
+//! Every m-th sample of records, for computations that are too slow for all samples.
 
 use std::cell::{Cell, RefCell};
 
 use linear_model::states::{FilteredFriction, States};
 use logs::Error;
 
-/// Samples that are enough for it.
+/// Largest number of thinned samples.
 pub const MOST_THINNED_SAMPLES: usize = 3000;
 
 /// Every m-th sample of records in their order, counted over all of them.
 #[derive(Clone, Debug, Default)]
-pub struct Thinned {
-    /// Samples of all records.
+pub struct ThinnedSamples {
+    /// Number of samples of all records.
     pub count: usize,
-    /// m.
+    /// The step m.
     pub every: usize,
-    /// Of each record: how many samples stand before it, and its own that are taken.
+    /// By record: the number of samples of all records before it, and its thinned samples.
     pub records: Vec<(usize, States)>,
 }
 
-impl Thinned {
-    /// Takes at most `most` samples. `each` hands over the states of all records: they are counted, and then taken.
+impl ThinnedSamples {
+    /// At most `most` samples, in two passes: `each` traverses the states of all records, for counting and for thinning.
     pub(crate) fn of(
         each: impl Fn(&mut dyn FnMut(&States)) -> Result<(), Error>,
         most: usize,
-    ) -> Result<Thinned, Error> {
+    ) -> Result<ThinnedSamples, Error> {
         let (mut count, mut before) = (0, 0);
         each(&mut |states| count += states.len())?;
-        let mut found = Thinned::new(count, most);
+        let mut found = ThinnedSamples::new(count, most);
         each(&mut |states| {
             found.add(states, before);
             before += states.len();
@@ -35,28 +35,28 @@ impl Thinned {
         Ok(found)
     }
 
-    /// Takes at most `most` of `count` samples.
-    fn new(count: usize, most: usize) -> Thinned {
-        Thinned { count, every: count.div_ceil(most.max(1)).max(1), records: Vec::new() }
+    /// An empty selection of at most `most` of `count` samples.
+    fn new(count: usize, most: usize) -> ThinnedSamples {
+        ThinnedSamples { count, every: count.div_ceil(most.max(1)).max(1), records: Vec::new() }
     }
 
-    /// Takes those of the next record; `before`: the samples of all records before it.
+    /// Adds the thinned samples of the next record; `before`: number of samples of all records before it.
     fn add(&mut self, states: &States, before: usize) {
         let first = (self.every - before % self.every) % self.every;
         self.records.push((before, some(states, first, self.every)));
     }
 }
 
-/// What passes over records that are made anew find beside what they are made for: the first the number of samples, the
-/// second [`MOST_THINNED_SAMPLES`] of them.
+/// Thinned samples that passes over recomputed records collect: the first pass counts the samples, the second keeps
+/// [`MOST_THINNED_SAMPLES`] of them.
 #[derive(Default)]
-pub(crate) struct Beside {
+pub(crate) struct SecondReader {
     count: Cell<Option<usize>>,
-    thinned: RefCell<Option<Thinned>>,
+    thinned: RefCell<Option<ThinnedSamples>>,
 }
 
-impl Beside {
-    /// A pass: `each` hands over the states of all records, which go on to `take`.
+impl SecondReader {
+    /// A pass: `each` traverses the states of all records, which are passed on to `take`.
     pub(crate) fn pass(
         &self,
         each: impl FnOnce(&mut dyn FnMut(&States)) -> Result<(), Error>,
@@ -64,7 +64,7 @@ impl Beside {
     ) -> Result<(), Error> {
         let is_thinned = self.thinned.borrow().is_some();
         let count = self.count.get().filter(|_| !is_thinned);
-        let (mut before, mut thinned) = (0, count.map(|count| Thinned::new(count, MOST_THINNED_SAMPLES)));
+        let (mut before, mut thinned) = (0, count.map(|count| ThinnedSamples::new(count, MOST_THINNED_SAMPLES)));
         each(&mut |states| {
             take(states);
             if let Some(thinned) = &mut thinned {
@@ -79,8 +79,8 @@ impl Beside {
         Ok(())
     }
 
-    /// The samples, where a pass has found them.
-    pub(crate) fn found(&self, most: usize) -> Option<Thinned> {
+    /// The thinned samples, where a pass has collected them.
+    pub(crate) fn found(&self, most: usize) -> Option<ThinnedSamples> {
         self.thinned.borrow().clone().filter(|_| most == MOST_THINNED_SAMPLES)
     }
 }
@@ -120,7 +120,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
 mod tests {
     use super::*;
 
-    /// Three records, of which each sample is its own place.
+    /// Three records whose samples contain their own index.
     fn records() -> Vec<States> {
         let of = |range: std::ops::Range<usize>| {
             let t: Vec<f64> = range.map(|r| r as f64).collect();
@@ -146,15 +146,15 @@ mod tests {
             all.iter().for_each(take);
             Ok(())
         };
-        let expected = Thinned::of(each, MOST_THINNED_SAMPLES).unwrap();
+        let expected = ThinnedSamples::of(each, MOST_THINNED_SAMPLES).unwrap();
         assert_eq!((expected.count, expected.every), (9001, 4));
-        let taken = |found: &Thinned| {
+        let taken = |found: &ThinnedSamples| {
             let states = found.records.iter().map(|(first, states)| (*first, states.t.clone(), states.tau.clone()));
             states.collect::<Vec<_>>()
         };
         let places: Vec<f64> = expected.records.iter().flat_map(|(_, states)| states.t.clone()).collect();
         assert_eq!(places, (0..9001).step_by(4).map(|r| r as f64).collect::<Vec<f64>>());
-        let beside = Beside::default();
+        let beside = SecondReader::default();
         let mut seen = 0;
         for passes in 0..3 {
             assert_eq!(beside.found(MOST_THINNED_SAMPLES).is_some(), passes == 2);

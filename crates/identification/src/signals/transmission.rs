@@ -1,10 +1,10 @@
-//! From motors to joints.
+//! The transmission from motors to joints.
 //!
-//! q = R^-1 q_m + q_0, tau = R' tau_m / s - k q (power is the same on both sides of R), tau_m = K i for currents; s and k are
-//! a scale and a spring of each joint. R holds gear ratios
-//! and signs on its diagonal and couplings beside it. The wrist of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
+//! q = R^-1 q_m + q_0, tau = R' tau_m / s - k q (power is equal on both sides of R), tau_m = K i for currents; s and k are a
+//! scale and a spring of each joint. R has gear ratios and signs on its diagonal, and couplings off the diagonal. The wrist
+//! of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
 //!
-//! A motor that also turns with other joints brings its own inertia and friction to all of them
+//! The inertia and friction of a motor that also turns with other joints act on all of these joints
 //! ([`linear_model::coupling`]).
 
 use linear_model::coupling::{Coupled, Coupling};
@@ -15,47 +15,48 @@ use serde::{Deserialize, Serialize};
 
 use crate::signals::joint_signals::JointSignals;
 
-/// The transmission between the log and the joints; absent parts change nothing.
+/// The transmission between the log and the joints; absent fields change nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transmission {
-    /// Motor angle per joint angle, with its sign, joint by joint; it applies to the torques too.
+    /// Motor angle over joint angle, with sign, by joint; it applies to the torques too.
     pub ratios: Option<Vec<f64>>,
     /// Off-diagonal entries of R: (motor, joint, R), counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
-    /// The coupled motors have no inertia and friction of their own in the model.
+    /// Whether coupled motors have no columns of inertia and friction in the model.
     pub rigid_couplings: bool,
-    /// The positions and velocities in the log are already on the joint side; only torques are not.
+    /// Whether positions and velocities in the log are on the joint side already, and only torques are not.
     pub joint_side_positions: bool,
-    /// Joint position in the model minus that in the log, rad (m).
+    /// Joint position in the model minus joint position in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
-    /// N m/A at the motor (at the joint without ratios).
+    /// Drive gains, N m/A at the motor (at the joint without ratios).
     pub drive_gains: Option<Vec<f64>>,
-    /// Torque in the log over that of the joint, joint by joint.
+    /// Torque in the log over torque of the joint, by joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scales: Option<Vec<f64>>,
-    /// Springs at the joints, N m/rad (N/m): their torque, stiffness times position in the model, is taken out.
+    /// Stiffness of known springs at the joints, N m/rad (N/m): their torque, stiffness times position in the model, is
+    /// subtracted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub springs: Option<Vec<f64>>,
-    /// Springs, cables and bearings whose torques are columns of their own.
+    /// Springs, cables and bearings whose torques are columns of the model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub elements: Vec<Element>,
+    pub elements: Vec<TransmissionElement>,
 }
 
-/// What acts along w = sum_k c_k q_k, as [`linear_model::coupling`] has it.
+/// A mechanical element that acts along w = sum_k c_k q_k ([`linear_model::coupling`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Element {
-    /// The end of its parameters' names.
+pub struct TransmissionElement {
+    /// Suffix of the names of its parameters.
     pub name: String,
-    /// (joint, c), joints counted from 1.
+    /// Pairs (joint, c), joints counted from 1.
     pub along: Vec<(usize, f64)>,
-    /// The torques that it has.
+    /// The kinds of torque that it has.
     pub torques: Vec<CouplingParameter>,
 }
 
-impl Element {
-    /// What is wrong with it on a robot of n joints.
+impl TransmissionElement {
+    /// An error text where it is invalid for a robot of n joints; `None` where it is valid.
     fn fault(&self, n: usize) -> Option<String> {
         let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
         let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
@@ -78,7 +79,7 @@ impl Element {
 }
 
 impl Transmission {
-    /// The coupled motors, each once with all joints that turn it, then the elements: for the columns of the model.
+    /// The coupled motors, each once with all joints that turn it, then the elements; each has columns in the model.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
         let mut motors: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
@@ -90,7 +91,7 @@ impl Transmission {
                 None => motors.push((motor, vec![turned])),
             }
         }
-        let element = |element: &Element| Coupling {
+        let element = |element: &TransmissionElement| Coupling {
             of: Coupled::Element(element.name.clone(), element.torques.clone()),
             joints: element.along.iter().map(|&(k, c)| (k.saturating_sub(1), c)).collect(),
         };
@@ -107,6 +108,7 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
+        // Offsets and springs may be zero; the torque is multiplied or divided by the other numbers.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -118,6 +120,7 @@ impl Transmission {
                 return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
             }
         }
+        // Names of elements are part of parameter names, so they must be unique.
         for (i, element) in self.elements.iter().enumerate() {
             let name = &element.name;
             if let Some(fault) = element.fault(n) {
@@ -138,7 +141,7 @@ impl Transmission {
         Ok(())
     }
 
-    /// R, and its inverse where the positions of the log are those of motors.
+    /// R, and its inverse where the positions of the log are on the motor side.
     fn matrices(&self, n: usize) -> Result<(DMatrix<f64>, Option<DMatrix<f64>>), Error> {
         self.check(n)?;
         let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
@@ -160,7 +163,7 @@ impl Transmission {
         q
     }
 
-    /// The torques without scales and springs.
+    /// The torques after removal of scales and springs, N m (N).
     fn of_bodies(&self, mut tau: Vec<Vec<f64>>, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
         for (tau, scale) in tau.iter_mut().zip(self.scales.iter().flatten()) {
             tau.iter_mut().for_each(|x| *x /= scale);
@@ -171,7 +174,7 @@ impl Transmission {
         tau
     }
 
-    /// The positions of a log on the joint side.
+    /// The positions of a log on the joint side, rad (m).
     ///
     /// Fails when a list is not n long, or R is singular.
     pub fn positions(&self, log: &Log) -> Result<Vec<Vec<f64>>, Error> {
@@ -215,7 +218,8 @@ impl Transmission {
     }
 }
 
-/// The angles of the joints. A turn of a joint is many of its motor, so that jumps by it show here and not in the log.
+/// The angles of the joints, unwrapped. A turn of a joint is many turns of its motor, so a jump by a turn of the joint shows
+/// only here and not in the log.
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);
@@ -250,7 +254,7 @@ mod tests {
         Log { dq: Some(q.clone()), ..crate::test_arm::log(vec![0.0], q, effort, effort_is) }
     }
 
-    /// tau' dq = tau_m' dq_m for a coupled transmission: nothing is lost between motors and joints.
+    /// tau' dq = tau_m' dq_m for a coupled transmission: the power of motors and joints is equal.
     #[test]
     fn power_is_the_same_on_both_sides() {
         let transmission =
@@ -283,7 +287,7 @@ mod tests {
         }
     }
 
-    /// tau_log = s (tau + k q), with q of the model: what is left is the torque of the bodies.
+    /// tau_log = s (tau + k q), with q of the model: the result is the torque tau of the bodies.
     #[test]
     fn scales_and_springs_are_taken_out() {
         let transmission = Transmission {

@@ -1,24 +1,28 @@
-//! Checks that measured velocities are the slopes of the positions beside them.
+//! Checks that measured velocities are the derivatives of the measured positions.
 //!
 //! Over span k of the log, a_k = q(end) - q(start) and b_k is the integral of dq dt. The fit b = s a gives s = 1 when
-//! units, signs and clock are right. Whole spans are compared and not samples, so that quantised positions do not
-//! matter.
+//! units, signs and clock are right. Whole spans are compared and not samples, to reduce the effect of quantised
+//! positions.
 
 use logs::{Error, GAP_PERIODS};
 
 /// Number of spans of a log.
 const SPANS_PER_LOG: usize = 200;
+/// Least number of samples of a span.
+const LEAST_SPAN_SAMPLES: usize = 5;
+/// A slope within this relative distance of a factor between units is attributed to that factor.
+const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
 /// Joints whose largest change over a span is smaller than this are not checked, rad (m).
 const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
-/// Slopes of velocity on position outside this range are not explained by noise.
+/// Noise explains slopes of velocity on position in this range only.
 const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
-/// Where positions explain less than this share of the velocities, there is nothing to compare.
+/// Least share of the squared velocities that positions must explain for a comparison.
 const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
-/// Fails for the first joint whose velocity is not the slope of its position; `period` in s.
+/// Fails for the first joint whose velocity is not the derivative of its position; `period` in s.
 pub(crate) fn check_velocity(
     file: &str,
     coordinates: &[String],
@@ -27,7 +31,7 @@ pub(crate) fn check_velocity(
     dq: &[Vec<f64>],
     period: f64,
 ) -> Result<(), Error> {
-    let length = (t.len() / SPANS_PER_LOG).max(5);
+    let length = (t.len() / SPANS_PER_LOG).max(LEAST_SPAN_SAMPLES);
     for ((name, q), dq) in coordinates.iter().zip(q).zip(dq) {
         // Sums of a^2, a b and b^2 over the spans that have no gap in time.
         let (mut aa, mut ab, mut bb, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
@@ -41,19 +45,19 @@ pub(crate) fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
-        // A joint that hardly moves, or whose velocity is noise, says nothing.
+        // A joint that hardly moves, or whose velocity is noise, is not checked.
         if largest < SMALLEST_CHECKED_CHANGE
             || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
             || PLAUSIBLE_SLOPES.contains(&slope)
         {
             continue;
         }
-        // The slope tells which mistake it is.
-        let close = |x: f64| (slope / x - 1.0).abs() < 0.05;
+        // The slope identifies the wrong unit.
+        let close = |x: f64| (slope / x - 1.0).abs() < UNIT_FACTOR_TOLERANCE;
         let degree = 180.0 / std::f64::consts::PI;
         let guess = match slope {
-            _ if close(degree) => "velocities in degrees a second beside positions in rad?",
-            _ if close(1.0 / degree) => "positions in degrees beside velocities in rad/s?",
+            _ if close(degree) => "velocities in degrees per second with positions in rad?",
+            _ if close(1.0 / degree) => "positions in degrees with velocities in rad/s?",
             _ if close(1e3) => "a clock in ms?",
             _ if close(1e6) => "a clock in us?",
             _ if close(30.0 / std::f64::consts::PI) => "velocities in revolutions a minute?",
@@ -75,7 +79,7 @@ mod tests {
 
     fn check(position: f64, velocity: f64, clock: f64) -> Result<(), Error> {
         let t: Vec<f64> = (0..2000).map(|i| 0.001 * f64::from(i)).collect();
-        // An encoder of 1e-3 rad: the slope from sample to sample is all quantisation.
+        // An encoder of 1e-3 rad: the difference from sample to sample is only quantisation.
         let q = t.iter().map(|t| position * ((2.0 * t).sin() * 1e3).round() * 1e-3).collect();
         let dq = t.iter().map(|t| velocity * 2.0 * (2.0 * t).cos()).collect();
         let t: Vec<f64> = t.iter().map(|t| clock * t).collect();
@@ -85,7 +89,7 @@ mod tests {
     #[test]
     fn units_and_signs() {
         check(1.0, 1.0, 1.0).unwrap();
-        // Nothing moves: nothing to compare.
+        // Without motion there is no comparison.
         check(1e-3, 1.0, 1.0).unwrap();
         for (position, velocity, clock, expected) in [
             (57.29578, 1.0, 1.0, "positions in degrees"),

@@ -1,17 +1,17 @@
-//! One experiment with its record, cut to the samples that are used.
+//! One experiment with its record, cut to the used samples.
 
 use std::ops::Range;
 
 use experiments::motion::record::Record;
-use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use experiments::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 use numerics::fourier::{fold, scatter, scatter_of_harmonics};
 
-/// A motion and its record inside the windows: whole periods, or forth and back.
+/// A motion and its record inside the windows: whole periods, or a sweep forward and back.
 #[derive(Clone, Debug)]
 pub struct SpectralExperiment {
-    /// Motion that was run.
+    /// The commanded motion.
     pub trajectory: ExcitingTrajectory,
-    /// Positions, rad; one series a coordinate.
+    /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
     /// Currents, A, or torques, N m, where the log has torques.
     pub current: Vec<Vec<f64>>,
@@ -22,8 +22,8 @@ pub struct SpectralExperiment {
 }
 
 impl SpectralExperiment {
-    /// Cuts a record that began with the motion; `None` when it is shorter than the motion or of
-    /// another number of coordinates.
+    /// Cuts a record that starts with the motion; `None` when it is shorter than the motion or has another number of
+    /// coordinates.
     pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
         let windows: Vec<Range<usize>> = trajectory.windows();
         let end = windows.iter().map(|w| w.end).max()?;
@@ -37,7 +37,7 @@ impl SpectralExperiment {
         Some(SpectralExperiment { trajectory, q: cut.q, current: cut.current, windows, load: vec![] })
     }
 
-    /// The same motion, recorded with a known load that adds this to the base parameters.
+    /// This experiment with a known load, whose contribution to the base parameters is `base_parameters`.
     pub fn loaded(mut self, base_parameters: &[f64]) -> SpectralExperiment {
         self.load = base_parameters.to_vec();
         self
@@ -56,13 +56,13 @@ impl SpectralExperiment {
     /// The period in samples; `None` for a sweep.
     pub fn period(&self) -> Option<usize> {
         match self.trajectory.motion {
-            Motion::Swing { period, .. } => Some(period),
-            Motion::Sweep { .. } => None,
+            JointMotion::Swing { period, .. } => Some(period),
+            JointMotion::Sweep { .. } => None,
         }
     }
 
-    /// The joint whose position scatters most about its mean period, and that scatter over the standard deviation of its
-    /// swing; `None` for a sweep and for a single period.
+    /// The joint whose position has the largest relative scatter about its mean period, and that scatter over the standard
+    /// deviation of the mean period; `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -75,14 +75,14 @@ impl SpectralExperiment {
         found.reduce(|a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Currents times the gains, N m.
+    /// Currents times the gains: torques, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<Vec<f64>> {
         let times = |(c, g): (&Vec<f64>, &f64)| c.iter().map(|c| c * g).collect();
         self.current.iter().zip(gain).map(times).collect()
     }
 }
 
-/// Standard deviations of one sample, one per coordinate.
+/// Standard deviations of the noise of one sample, one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
     /// Positions, rad.
@@ -92,13 +92,13 @@ pub struct NoiseLevels {
 }
 
 impl NoiseLevels {
-    /// The scatter of the samples about their mean period, pooled over the periodic experiments;
-    /// `None` when there are none with two periods.
+    /// The scatter of the samples about their mean period, pooled over the periodic experiments; `None` when no experiment
+    /// has two periods.
     pub fn measured(experiments: &[SpectralExperiment]) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, _, period| (scatter(x, period), (x.len() - period) as f64))
     }
 
-    /// The same by the harmonics up to `highest`, Hz, alone: chatter of a controller above them is no noise of theirs.
+    /// The scatter of the harmonics up to `highest`, Hz, alone, without chatter of a controller at higher frequencies.
     pub fn of_band(experiments: &[SpectralExperiment], highest: f64) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, experiment, period| {
             let harmonics = harmonics(highest, period, experiment.trajectory.sample_time);
@@ -107,8 +107,8 @@ impl NoiseLevels {
         })
     }
 
-    /// The root of the mean square over the experiments of what `level` gives of a series and its period, with its
-    /// degrees of freedom.
+    /// The rms of `level` over the experiments, weighted by degrees of freedom; `level` gives both from a series and its
+    /// period.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
@@ -132,16 +132,18 @@ impl NoiseLevels {
         })
     }
 
-    /// Deviations of the torques with these gains, N m.
+    /// Standard deviations of the torques with these gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
         self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
     }
 }
 
-/// Number of whole harmonics up to the frequency `f` that the samples resolve.
+/// Margin that keeps an integer product integer against rounding.
+const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
+
+/// Number of harmonics up to the frequency `f`, Hz, at most as many as `period` samples resolve; `h`: sample time, s.
 pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
-    // 1e-9 forgives a product that is an integer but for rounding.
-    ((f * (period as f64 * h) + 1e-9) as usize).min(period.saturating_sub(1) / 2)
+    ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
 
 /// The mean period of each series.
@@ -188,7 +190,7 @@ mod tests {
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
-        // A sine of one has the deviation 0.71.
+        // A sine of amplitude 1 has the standard deviation 0.71.
         let (joint, scatter) = experiment.scatter().unwrap();
         assert!(joint == 0 && (scatter / 1.41e-3 - 1.0).abs() < 0.06, "{scatter}");
     }

@@ -1,17 +1,17 @@
-//! Spectra of one joint in one experiment: every harmonic up to a cut-off, both quadratures.
+//! Spectra of one joint in one experiment: all harmonics up to a cut-off, both quadratures.
 //!
 //! The record is averaged over its whole periods. At f_h = h f_P, h = 0 .. H,
 //!
 //! (cos x / sinc x) D_j(f_h) X + (cos x / sinc^2 x) G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
 //!
-//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x. The torque
-//! held over each sample has the spectrum of its samples times sinc x; the recorded mean of two neighbours
-//! (`experiments::simulate::closed_loop`) has cos x; and G is a mean over the cell
+//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x. A torque with zero-order hold
+//! has the spectrum of its samples times sinc x; the recorded mean of two neighbouring samples
+//! (`experiments::simulate::closed_loop`) has the factor cos x; and G is a mean over the cell of a sample
 //! (`linear_model::friction::periodic`).
 //!
-//! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N)
-//! for N samples recorded; the row h = 0 is divided by sqrt 2 to have the same variance. Noise of the
-//! position adds (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4 through the acceleration.
+//! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N) for N recorded samples;
+//! the row h = 0 is divided by sqrt 2 to have an equal variance. Noise of the position adds the variance
+//! (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4 through the acceleration.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use linear_model::friction::periodic::FrictionShape;
@@ -20,7 +20,7 @@ use numerics::fourier::{Bins, Complex, harmonic_derivatives};
 
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded, harmonics};
 
-/// The rows of one joint in one experiment, friction apart.
+/// The rows of one joint in one experiment, without friction columns.
 #[derive(Clone, Debug)]
 pub struct JointSpectrum {
     /// Index of the experiment.
@@ -35,16 +35,16 @@ pub struct JointSpectrum {
     pub known: Vec<f64>,
     /// Right-hand sides, in the unit of the current.
     pub current: Vec<f64>,
-    /// Contribution of the load to the parameters; empty without one.
+    /// Contribution of a known load to the parameters; empty without one.
     pub(crate) load: Vec<f64>,
     /// Number of samples recorded.
     pub samples: usize,
-    /// `[l][c]`: dY_j/dddq_l at the centre of the motion, per unit of parameter c: how position noise of joint l
-    /// becomes torque noise.
+    /// `[l][c]`: dY_j/dddq_l at the centre of the motion, per unit of parameter c. It converts position noise of joint l
+    /// into torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     pub(crate) sample_time: f64,
-    /// Highest harmonic that is kept of the motion.
+    /// Highest harmonic of the motion that is kept.
     pub(crate) kept: usize,
     /// Position, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, the unit of the current.
     q: Vec<f64>,
@@ -53,14 +53,14 @@ pub struct JointSpectrum {
     pub(crate) drive: Vec<f64>,
 }
 
-/// The harmonics that are used, and those of the motion that are kept.
+/// The frequency band of the equations and of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
-    /// Highest frequency that gives equations, Hz.
+    /// Highest frequency of the equations, Hz.
     pub equations: f64,
-    /// Highest frequency kept of the motion, Hz.
+    /// Highest kept frequency of the motion, Hz.
     pub motion: f64,
-    /// Delay of the recorded current behind the position, s.
+    /// Delay of the recorded current relative to the position, s.
     pub delay: f64,
 }
 
@@ -70,7 +70,7 @@ impl Default for Band {
     }
 }
 
-/// The mean period of an experiment, kept up to the highest harmonic of the motion; `None` for a sweep.
+/// The mean period of the motion of an experiment, up to the highest kept harmonic; `None` for a sweep.
 pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
     let period = experiment.period()?;
     let h = experiment.trajectory.sample_time;
@@ -78,7 +78,7 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// The spectra of the moving joints of a periodic experiment; none for a sweep. `motion`: its [`mean_period`].
+/// The spectra of the moving joints of a periodic experiment; empty for a sweep. `motion`: its [`mean_period`].
 pub(crate) fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
@@ -90,12 +90,12 @@ pub(crate) fn joint_spectra(
     let h = experiment.trajectory.sample_time;
     let seconds = period as f64 * h;
     let highest = harmonics(band.equations, period, h);
-    // Currents of all periods are averaged into one; the motion of the columns already is.
+    // Currents are averaged over all periods, as the motion already is.
     let current = folded(&experiment.current, period);
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
-    // One spectrum per moving joint: a locked one has friction that nothing tells.
+    // One spectrum per moving joint: the friction of a locked joint is not identifiable.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {
@@ -135,7 +135,7 @@ impl JointSpectrum {
         self.frequency.resize(count + quadratures(f, current).count(), f);
     }
 
-    /// Takes the regressor's columns of this joint over one period, N m per unit, as the rows.
+    /// Sets the rows to the spectra of the regressor's columns of this joint over one period, N m per unit.
     pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
         self.rows = self.rows_of(columns, 1);
         let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
@@ -171,13 +171,13 @@ impl JointSpectrum {
         shape.fill(&self.dq, &self.ddq, &drive, self.sample_time)
     }
 
-    /// Rows of ripple with `periods` a turn: cos and sin as torques, N m per N m, then as shares of the torque, N m.
+    /// Rows of ripple with `periods` per turn: cos and sin as torques, N m per N m, then as shares of the torque, N m.
     pub(crate) fn ripple_rows(&self, periods: f64, gain: f64) -> Vec<Vec<f64>> {
         let (sin, cos): (Vec<f64>, Vec<f64>) = self.q.iter().map(|q| (periods * q).sin_cos()).unzip();
         let of_torque = |wave: &[f64]| wave.iter().zip(&self.drive).map(|(w, c)| -w * c * gain).collect();
         let shares: Vec<Vec<f64>> = vec![of_torque(&cos), of_torque(&sin)];
         let mut rows = self.rows_of(&[cos, sin], 1);
-        // The torque of the record needs no correction for the hold.
+        // The recorded torque needs no correction for the hold.
         rows.iter_mut().zip(self.spectrum_of(&shares, |_| 1.0)).for_each(|(row, shares)| row.extend(shares));
         rows
     }
@@ -192,20 +192,20 @@ impl JointSpectrum {
         self.rows_of(&self.friction_series(shape, gain), 2)
     }
 
-    /// d current / d delay of each row, per second: a turn of every coefficient.
+    /// d current / d delay of each row, per second: a rotation of every Fourier coefficient.
     pub(crate) fn delay_column(&self) -> Vec<f64> {
         let mut column = vec![0.0; self.current.len()];
         for r in 1..column.len() {
-            // 2 pi i f c: the real row loses w Im, the imaginary row gains w Re.
+            // 2 pi i f c: the real row is -w Im, the imaginary row w Re.
             let w = std::f64::consts::TAU * self.frequency[r];
             column[r] = if r % 2 == 1 { -w * self.current[r + 1] } else { w * self.current[r - 1] };
         }
         column
     }
 
-    /// Columns for a motion that does not end as it began. The two unknowns are the jumps of the velocity and of the
-    /// position from the end of the record to its start, as this joint feels them through the inertia. A jump of the
-    /// momentum is the same at all frequencies; one of the position grows with i f.
+    /// Columns for a motion that does not end in its initial state. The two unknowns are the jumps of velocity and position
+    /// from the end of the record to its start, times the inertia of this joint. The spectrum of a jump of the momentum is
+    /// constant over frequency; the spectrum of a jump of the position is proportional to i f.
     pub(crate) fn end_columns(&self) -> Vec<[f64; 2]> {
         let count = self.frequency.len();
         (0..count)
@@ -217,18 +217,18 @@ impl JointSpectrum {
             .collect()
     }
 
-    /// The inertia that the joint feels at the centre of the motion, kg m^2, a load included.
+    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2, with a known load.
     pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
         self.felt(self.joint, parameters)
     }
 
-    /// Torque of this joint per acceleration of joint l.
+    /// Torque of this joint per acceleration of joint l, kg m^2, with a known load.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)
     }
 
-    /// Least and greatest position of the joint, rad.
+    /// Smallest and largest position of the joint, rad.
     pub(crate) fn range(&self) -> (f64, f64) {
         self.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)))
     }
@@ -238,8 +238,8 @@ impl JointSpectrum {
         (self.dq.iter().map(|v| v * v).sum::<f64>() / self.dq.len().max(1) as f64).sqrt()
     }
 
-    /// Standard deviation of each row, N m. `parameters` (where known) turn the noise of the position
-    /// into torque; without them only the torque's own noise counts.
+    /// Standard deviation of each row, N m. `parameters` (where known) convert the noise of the position into torque;
+    /// without them only the noise of the torque counts.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
         let per_acceleration: f64 = parameters
@@ -249,19 +249,22 @@ impl JointSpectrum {
     }
 }
 
-/// The rows of one frequency: real and imaginary part, at zero the real part over sqrt 2.
+/// Below this x the factor of [`hold`] is 1 up to rounding.
+const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
+
+/// The rows of one frequency: real and imaginary part; at zero frequency the real part over sqrt 2.
 fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
     let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
     std::iter::once(first).chain(second)
 }
 
-/// cos x / sinc^power x for x = pi `cycles`, `cycles` a sample.
+/// cos x / sinc^power x for x = pi `cycles`, with `cycles` per sample.
 fn hold(cycles: f64, power: i32) -> f64 {
     let x = std::f64::consts::PI * cycles;
-    if x.abs() < 1e-8 { 1.0 } else { x.cos() * (x / x.sin()).powi(power) }
+    if x.abs() < SMALLEST_HOLD_ANGLE { 1.0 } else { x.cos() * (x / x.sin()).powi(power) }
 }
 
-/// `[j][l][c]`: row j, parameter c of Y(q, 0, e_l) - Y(q, 0, 0).
+/// `[j][l][c]`: entry of row j and parameter c of Y(q, 0, e_l) - Y(q, 0, 0).
 fn acceleration_columns(regressor: &dyn Regressor, q: &[f64]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (q.len(), regressor.parameters().len());
     let (zero, mut unit) = (vec![0.0; n], vec![0.0; n]);

@@ -1,8 +1,8 @@
-//! From the records of a plan to an estimate: the paper's rows or RIST-MH, gains known or not.
+//! From the records of a plan to an estimate: with the paper's rows or RIST-MH, with known or unknown gains.
 //!
-//! Unknown gains are estimated with the parameters from the currents (`estimators::drive_gains`); the
-//! scale then stands on the known gains or on a known load. A parameter whose interval contains zero is
-//! not significant; one that the rows do not determine has no value.
+//! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`); the scale then
+//! follows from known gains or from a known load. A parameter whose 95 % interval contains zero is not significant; a
+//! parameter that the rows do not determine has no value.
 
 use experiments::plan::paper_rows::EquationBlock;
 use linear_model::parameter::{Parameter, ParameterId};
@@ -25,19 +25,19 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 use crate::spectrum::words::{misfit_remarks, size_words};
 
-/// The equations that are used.
+/// The method and its equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
     /// One harmonic, one quadrature, no friction.
     Paper,
-    /// The same, with the gains of drives by total least squares.
+    /// The equations of `Paper`, with drive gains by total least squares.
     TotalLeastSquares,
-    /// All harmonics, friction as nuisance.
+    /// RIST-MH: all harmonics, friction as nuisance.
     Harmonic,
 }
 
 impl SpectralMethod {
-    /// How it estimates, in words.
+    /// The method in words.
     fn sentence(self) -> &'static str {
         match self {
             SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise",
@@ -47,18 +47,18 @@ impl SpectralMethod {
     }
 }
 
-/// What the experiments say.
+/// The result of an identification from experiments.
 pub struct SpectralFit {
-    /// The parameters and their deviations.
+    /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters, row by row, with those deviations.
+    /// Covariance of the base parameters with these standard deviations, row by row.
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// The parameters from the experiments of one robot.
+/// Identifies the parameters of one robot from experiments.
 ///
-/// `gains`: one per coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
-/// without a periodic experiment of two periods, where nothing tells the noise, and as [`drive_gains`] does.
+/// `gains`: one per coordinate, N m per unit of the records; known gains of 1 where the records are torques. Fails without
+/// a periodic experiment of two periods, since the noise is then unknown, and where [`drive_gains`] fails.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
@@ -91,7 +91,7 @@ pub fn identify_spectrum(
         };
         return Ok(SpectralFit::of(estimate, regressor, &inverse));
     }
-    // Some gain unknown: the rows are those of the currents, with gains of one.
+    // With an unknown gain the rows are in currents: gains of 1.
     let one = vec![1.0; regressor.coordinates().len()];
     let inverse = match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
@@ -104,7 +104,7 @@ pub fn identify_spectrum(
             let found = data.estimate_with_gains(gains, options)?;
             with_gains(&mut estimate, regressor, &found.gains);
             if let Some(friction) = &found.friction {
-                widen_with_gains(&mut estimate, friction);
+                inflate_by_gains(&mut estimate, friction);
             }
             if found.rounds.is_none() {
                 estimate.remarks.push("the choice of the friction did not settle with the gains".into());
@@ -125,7 +125,7 @@ pub fn identify_spectrum(
 }
 
 impl SpectralFit {
-    /// With the correlations of `inverse`, whose first rows are those of the base parameters.
+    /// The result with the correlations of `inverse`, whose first rows belong to the base parameters.
     fn of(estimate: Estimate, regressor: &dyn Regressor, inverse: &DMatrix<f64>) -> SpectralFit {
         let base = estimate.parameters.iter().take(regressor.parameters().len());
         let sigma: Vec<f64> = base.map(|p| p.sigma.unwrap_or(0.0)).collect();
@@ -133,8 +133,8 @@ impl SpectralFit {
     }
 }
 
-/// Gains and parameters by the paper's rows, of currents; the covariance of the parameters for white noise. Fails where the
-/// equations do not determine the gains.
+/// Adds gains and parameters from the paper's rows in currents; returns the covariance of the parameters for white noise.
+/// Fails where the equations do not determine the gains.
 fn with_paper_gains(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -153,14 +153,15 @@ fn with_paper_gains(
     Ok(found.covariance)
 }
 
-/// Of gains by a load, 55 to 61 of a hundred intervals of the paper's rows held the truth: they feel some friction.
+/// A doubt where gains follow from a load: 55 to 61 % of the 95 % intervals of the paper's rows contained the truth, since
+/// friction leaks into the rows.
 fn narrow_by_load(experiments: &[SpectralExperiment]) -> Option<String> {
     let is_loaded = experiments.iter().any(|experiment| !experiment.load.is_empty());
     is_loaded
         .then(|| "the intervals of this method are too narrow where a load gives the gains: [method=rist-mh]".into())
 }
 
-/// A sentence on friction that no drive has: it takes up what the model lacks.
+/// A sentence where friction drifts more than in any drive, which means that it explains an effect that the model lacks.
 fn drifting(found: &HarmonicEstimate) -> Option<String> {
     let percent = 100.0 * found.drift_spread;
     (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
@@ -171,7 +172,7 @@ fn drifting(found: &HarmonicEstimate) -> Option<String> {
     })
 }
 
-/// A parameter with the deviation of white noise, since the rows of an experiment are few and far apart.
+/// A parameter with the standard deviation for white noise, since the rows of an experiment are few and uncorrelated.
 fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) -> Identified {
     let unit = parameter.unit();
     match determined {
@@ -180,7 +181,7 @@ fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) ->
     }
 }
 
-/// A parameter of coordinate j itself.
+/// A parameter that belongs to coordinate j.
 fn of_joint(regressor: &dyn Regressor, j: usize, id: ParameterId) -> Parameter {
     Parameter { id, coordinates: vec![j], is_prismatic: regressor.is_prismatic(j) }
 }
@@ -207,7 +208,7 @@ fn with_paper_rows(
     let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
     let solution = paper_estimate(&blocks, &periodic, &samples, PaperWeights::Noise);
     estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
-    // Friction that leaks into the rows shows in their residual: it widens the intervals.
+    // Friction that leaks into the rows raises their residual, which inflates the standard deviations.
     let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
     for (i, base) in regressor.parameters().iter().enumerate() {
         let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();
@@ -235,7 +236,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // The interval also covers what the model lacks.
+        // The standard deviation also allows for effects that the model lacks.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -258,7 +259,7 @@ fn with_harmonics(
     Ok(found.solution.inverse)
 }
 
-/// Reports chi^2 against the measured noise, and what it says of the model.
+/// Adds chi^2 by the measured noise, and remarks on the misfit of the model.
 fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEstimate) {
     if found.misfit.total.is_finite() {
         estimate.chi_square_per_freedom = Some(found.misfit.total);
@@ -266,8 +267,8 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     }
 }
 
-/// Widens parameters and gains, in the order of [`with_gains`], where a joint is beyond its noise.
-fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
+/// Inflates standard deviations of parameters and gains, in the order of [`with_gains`], where chi^2 exceeds the noise.
+fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
     }
@@ -277,7 +278,7 @@ fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// Relative drift of friction from experiment to experiment. Warm and cold drives differ by less.
+/// Relative drift of friction from experiment to experiment that exceeds the difference of warm and cold drives.
 const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
@@ -322,13 +323,13 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
 }
 
-/// What is said of the deviations of total least squares.
+/// Remark on the standard deviations of total least squares.
 const TLS_DEVIATIONS: &str =
-    "the deviations are those of the same equations by maximum likelihood; total least squares has none of its own";
+    "sigma is computed for the same equations by maximum likelihood; total least squares has none of its own";
 
-/// Gains and parameters; every gain is known or free.
+/// Gains and parameters by total least squares; every gain must be known or free.
 ///
-/// Fails where a gain is expected only, and where the equations leave the scale open.
+/// Fails where a gain is only expected, and where the equations do not determine the scale.
 fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Result<(Vec<f64>, Vec<f64>), Error> {
     if gains.iter().any(|gain| matches!(gain, Gain::Expected(..))) {
         return Err(Error::new("[method=tls] takes a gain as known or as free; an expected one needs [method=rist]"));
@@ -338,7 +339,7 @@ fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Resul
     gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
-/// A sentence on what sets the scale of an estimate with unknown gains.
+/// A sentence on the origin of the scale of an estimate with unknown gains.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -353,7 +354,7 @@ fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &
     format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
 }
 
-/// The rows of blocks in currents, joint by joint.
+/// The rows of blocks in currents as equations, by joint.
 fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     let mut equations = vec![JointEquations::default(); n];
     for b in blocks {
@@ -367,7 +368,7 @@ fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     equations
 }
 
-/// Residuals of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+/// Sets the residuals of the rows of blocks; `gain`: N m per unit of their right-hand sides.
 fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -386,10 +387,10 @@ fn paper_residuals(
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
-/// Residuals of the rows of each joint: of the fit, and of each experiment as the others predict it.
+/// Sets the residuals of the rows of each joint: of the fit, and of each experiment predicted from the others.
 ///
-/// y = tau - (1 + u) C f - ends - effects is what the bodies take. Drift and ends are of one experiment, so that they stay those of
-/// the whole fit.
+/// y = tau - (1 + u) C f - ends - effects is the torque of the bodies. Drift and ends belong to one experiment, so they keep
+/// their values of the whole fit.
 fn harmonic_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -402,6 +403,7 @@ fn harmonic_residuals(
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
         let ends = s.end_columns();
+        // Residual y - D X of each row, with all experiments and without the experiment of the row.
         for r in 0..s.rows.len() {
             let torque = gain[s.joint] * s.current[r] - s.known[r];
             let of_bodies = |x: &[f64]| {

@@ -1,4 +1,4 @@
-//! Identification by spectrum analysis: the paper and RIST-MH.
+//! Identification by spectral analysis: the method of the paper [Vandanjon, Gautier, Desbats 1995] and RIST-MH.
 
 pub mod experiment;
 pub mod harmonics;

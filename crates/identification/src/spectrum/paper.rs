@@ -1,14 +1,13 @@
 //! The paper's estimator: least squares on the rows of Sp.
 //!
-//! W X = Y with one row per harmonic, one quadrature, and the centred rows of gravity. Unweighted, the
-//! rows are as the paper has them (each 1/|v|) and the gravity rows of e samples are brought to the
-//! same kind of mean by 1/sqrt(e); weighted, each row is divided by the standard deviation of its
-//! right-hand side.
+//! W X = Y with one row per harmonic, one quadrature, and the centred rows of gravity. Without weights, the rows are
+//! normalised as in the paper (each by 1/|v|), and gravity rows of e samples by 1/sqrt(e), so that both are means. With
+//! weights, each row is divided by the standard deviation of its right-hand side.
 //!
 //! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3].
 //!
-//! Friction has no column here. The rows are meant to be orthogonal to it, but are so only as far as
-//! the motion follows its reference. `rist_mh` does not rely on that.
+//! Friction has no column here. The rows are designed to be orthogonal to friction, which holds only as far as the motion
+//! follows its reference. `rist_mh` does not need this orthogonality.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
@@ -21,13 +20,13 @@ use crate::spectrum::experiment::SpectralExperiment;
 /// The weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
-    /// All alike.
+    /// Equal weights.
     Equal,
     /// Each row is divided by its standard deviation.
     Noise,
 }
 
-/// The paper's rows of an experiment. `gain` in N m per unit of the record's currents, `noise` in N m.
+/// The paper's rows of an experiment. `gain`: N m per unit of the recorded currents, `noise`: N m.
 pub fn paper_rows(
     experiment: &SpectralExperiment,
     regressor: &dyn Regressor,
@@ -45,7 +44,7 @@ pub fn paper_rows(
     block.with_known(&experiment.load)
 }
 
-/// Least squares on the rows of several experiments; `samples[i]` is the length of experiment i.
+/// Least squares on the rows of several experiments; `samples[i]`: number of samples of experiment i.
 pub fn paper_estimate(
     blocks: &[EquationBlock],
     periodic: &[bool],

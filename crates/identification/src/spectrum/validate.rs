@@ -1,9 +1,9 @@
-//! Measured and predicted torque on motions that no experiment used.
+//! Measured and predicted torques on motions that were not used for identification.
 //!
-//! tau = kt I against Y X (rigid) and against Y X + friction, the four coefficients of equation (5) fitted again to
-//! these motions, because the paper's rows estimate none. Position and torque go through the same
-//! zero-phase low-pass. The residual is white when its autocorrelations at lags 1 .. 50 (of samples
-//! far enough apart for the filter) stay within 1.96/sqrt(N) for 95 of 100.
+//! tau = kt I is compared with Y X (rigid) and with Y X + friction. The four friction coefficients of equation (5) are
+//! fitted to these motions, because the paper's rows do not estimate them. Position and torque have the same zero-phase
+//! low-pass. The residual is white when 95 % of its autocorrelations at lags 1 .. 50 (of samples half a period of the
+//! cut-off apart) are within 1.96/sqrt(N).
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
@@ -21,12 +21,20 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Samples dropped at both ends of a motion, where the differences wrap around.
+/// Samples dropped at both ends of a motion, where the circular differences wrap around.
 const BORDER_SAMPLES: usize = 30;
-/// Instants in a picture.
-const INSTANTS_PER_PICTURE: usize = 400;
+/// Largest number of samples of a plot.
+const SAMPLES_PER_PLOT: usize = 400;
+/// Order of the low-pass.
+const LOW_PASS_ORDER: usize = 4;
+/// Largest lag of the autocorrelations, in thinned samples.
+const LARGEST_LAG: usize = 50;
+/// Half of a 95 % interval of a normal variable, in standard deviations.
+const INTERVAL_SIGMAS: f64 = 1.96;
+/// Numbers of a plot are rounded to 1 over this, finer than any screen.
+const PLOT_ROUNDING: f64 = 1e4;
 
-/// Torques of one joint in one motion.
+/// Torques of one joint in one motion, N m (N), over time, s; `friction`: columns of equation (5).
 struct Compared {
     t: Vec<f64>,
     tau: Vec<f64>,
@@ -34,7 +42,7 @@ struct Compared {
     friction: Vec<Vec<f64>>,
 }
 
-/// Squares of one joint over all motions.
+/// Sums of squares of one joint over all motions.
 #[derive(Default)]
 struct JointSums {
     squares: f64,
@@ -46,7 +54,7 @@ struct JointSums {
 }
 
 impl JointSums {
-    /// Adds a motion; `cutoff`: of the low-pass, in cycles a sample. |tau - predicted|^2 and |tau|^2 of the motion.
+    /// Adds a motion; `cutoff`: of the low-pass, in cycles per sample. Returns |tau - predicted|^2 and |tau|^2 of the motion.
     fn add(&mut self, c: &Compared, predicted: &[f64], cutoff: f64) -> (f64, f64) {
         let residual: Vec<f64> = c.tau.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
@@ -55,7 +63,7 @@ impl JointSums {
         self.total += whole;
         self.rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         self.count += residual.len();
-        // A sample each half period of the cut-off: closer ones are alike because of the filter.
+        // One sample per half period of the cut-off: closer samples are correlated by the filter.
         let step = (0.5 / cutoff).ceil() as usize;
         self.outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
         (left, whole)
@@ -68,14 +76,15 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            // Motions of fewer than four samples far enough apart have no lag to look at.
+            // Motions with fewer than four thinned samples have no lag.
             not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }
     }
 }
 
-/// Compares the torques of `records` (named) with those of `parameters`; `gain`: N m per unit of the record.
+/// Compares the measured torques of named `records` with torques by `parameters`; `gain`: N m per unit of the record;
+/// `cutoff` in Hz.
 ///
 /// Fails when a record is too short or too slow for the low-pass, and when its series have different lengths.
 pub fn validate_motions(
@@ -87,7 +96,7 @@ pub fn validate_motions(
     records: &[(String, Record)],
     cutoff: f64,
 ) -> Result<Validation, Error> {
-    // The motions by joint, through the same low-pass as the torques.
+    // By motion and joint, filtered measured torques and torques of the model.
     let compared: Vec<Vec<Compared>> = records
         .iter()
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
@@ -135,7 +144,7 @@ fn compare(
 ) -> Result<Vec<Compared>, Error> {
     let (n, h) = (gain.len(), record.sample_time);
     let count = record.q.first().map_or(0, Vec::len);
-    let Some(filter) = Butterworth::low_pass(4, cutoff, 1.0 / h) else {
+    let Some(filter) = Butterworth::low_pass(LOW_PASS_ORDER, cutoff, 1.0 / h) else {
         return Err(Error::at(name, 0, format!("a sample time of {h} s is too long for a cut-off of {cutoff} Hz")));
     };
     if count < 4 * BORDER_SAMPLES || record.q.len() != n || record.current.len() != n {
@@ -145,10 +154,11 @@ fn compare(
     }
     let series = || record.q.iter().chain(&record.current);
     if let Some(other) = series().map(Vec::len).find(|length| *length != count) {
-        let found = format!("a series of {other} samples beside one of {count}; all joints of a motion have as many");
+        let found =
+            format!("a series of {other} samples and one of {count}; all joints of a motion need the same number");
         return Err(Error::at(name, 0, found));
     }
-    // The filter goes there and back, so position and torque stay in step; its ends are cut off.
+    // The zero-phase filter keeps position and torque synchronous; its ends are cut off.
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();
@@ -179,20 +189,19 @@ fn predicted(c: &Compared, friction: &[f64]) -> Vec<f64> {
     (0..c.tau.len()).map(of).collect()
 }
 
-/// 1 for each lag whose autocorrelation is outside the band of white noise, else 0.
+/// By lag, 1 where the autocorrelation is outside the 95 % band of white noise, otherwise 0.
 fn not_white(x: &[f64]) -> Vec<f64> {
     let n = x.len();
     let mean = x.iter().sum::<f64>() / n.max(1) as f64;
     let product = |lag: usize| x.iter().zip(&x[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     let variance = product(0);
-    let band = 1.96 / (n as f64).sqrt();
-    (1..=50.min(n / 4)).map(|lag| f64::from(u8::from((product(lag) / variance).abs() > band))).collect()
+    let band = INTERVAL_SIGMAS / (n as f64).sqrt();
+    (1..=LARGEST_LAG.min(n / 4)).map(|lag| f64::from(u8::from((product(lag) / variance).abs() > band))).collect()
 }
 
 fn picture(coordinate: &str, c: &Compared, predicted: &[f64]) -> TorquePicture {
-    let step = c.t.len().div_ceil(INSTANTS_PER_PICTURE).max(1);
-    // Four digits behind the point are finer than any screen.
-    let thin = |x: &[f64]| x.iter().step_by(step).map(|x| (x * 1e4).round() / 1e4).collect();
+    let step = c.t.len().div_ceil(SAMPLES_PER_PLOT).max(1);
+    let thin = |x: &[f64]| x.iter().step_by(step).map(|x| (x * PLOT_ROUNDING).round() / PLOT_ROUNDING).collect();
     TorquePicture { coordinate: coordinate.into(), t: thin(&c.t), measured: thin(&c.tau), predicted: thin(predicted) }
 }
 
@@ -204,7 +213,7 @@ mod tests {
     use experiments::simulate::dynamics::torque;
     use random::Random;
 
-    /// Motions from point to point with friction and noise; 2 N m/A.
+    /// Point-to-point motions with friction and noise; gain 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {
         let mut random = Random::new(4);
         let mut one = |i: usize| {
@@ -260,7 +269,7 @@ mod tests {
         }
     }
 
-    /// Over both motions: sqrt((3^2 + 4^2 + 12^2) / 3), and the share of it that a prediction of half the torques leaves.
+    /// Over both motions: rms sqrt((3^2 + 4^2 + 12^2) / 3), and the relative error of a prediction of half the torques.
     #[test]
     fn residuals_are_those_of_all_samples() {
         let mut sums = JointSums::default();
@@ -281,7 +290,7 @@ mod tests {
             let tau: Vec<f64> = (0..n).map(|_| random.normal()).collect();
             let compared = Compared { t: vec![0.0; n], rigid: vec![0.0; n], friction: vec![], tau };
             let mut sums = JointSums::default();
-            // A sample each half period of 0.05 cycles a sample: one of ten.
+            // One sample per half period of 0.05 cycles per sample: one of ten.
             sums.add(&compared, &vec![0.0; n], 0.05);
             sums.validation("q1", Unit::TORQUE, vec![])
         };

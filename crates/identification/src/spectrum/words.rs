@@ -1,14 +1,15 @@
-//! Effects beside friction in words: what was found of them, and what to do about one that the model lacks.
+//! Effects other than friction as text: their sizes, and the remedy for an effect that the model lacks.
 
 use linear_model::regressor::Regressor;
 
+use crate::estimate::claims::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::estimate::digits::significant;
-use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
+/// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of an elastic joint, Hz; `with_deviation`:
+/// whether to add standard deviations.
 pub(crate) fn size_words(
     size: &EffectSize,
     regressor: &dyn Regressor,
@@ -56,7 +57,7 @@ pub(crate) fn size_words(
             } else {
                 String::new()
             };
-            // A damping that is not positive is noise and is not printed.
+            // A damping that is not positive is noise, and not printed.
             let damping = if with_deviation && value(1) > 0.0 {
                 let unit = unit(joint, "N s/m", "N m s/rad");
                 format!(", damping {} {unit}", significant(value(1) / value(0).powi(2)))
@@ -72,7 +73,7 @@ pub(crate) fn size_words(
     }
 }
 
-/// The words of the command line that put an effect among the columns.
+/// The words of the command line that add an effect to the columns.
 fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
     let mut words: Vec<String> = Vec::new();
@@ -93,7 +94,7 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     if words.is_empty() { String::new() } else { words.concat() + "]" }
 }
 
-/// What the model lacks, and the option that gives it.
+/// A sentence on the effect that the model lacks, and the option that adds it.
 pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     let sizes = cause.effects.iter().zip(&cause.frequency);
     let sizes: Vec<String> = sizes.map(|(size, hz)| size_words(size, regressor, *hz, false)).collect();
@@ -105,7 +106,7 @@ pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     )
 }
 
-/// What chi^2 says of a model: the joints that exceed the noise, and the cause.
+/// Sentences on chi^2 of a model: the joints that exceed the noise, and the cause.
 pub(crate) fn misfit_remarks(misfit: &Misfit, cause: Option<&Cause>, regressor: &dyn Regressor) -> Vec<String> {
     let cause = cause.map(|cause| cause_sentence(cause, regressor));
     let beside = format!("where noise alone gives up to {NOISE_CHI_SQUARE}");
@@ -116,12 +117,11 @@ pub(crate) fn misfit_remarks(misfit: &Misfit, cause: Option<&Cause>, regressor: 
     let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     let lacks = format!(
-        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} {beside} ({}); the deviations allow \
-         for it",
+        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} {beside} ({}); sigma allows for it",
         misfit.total,
         joints.join(", ")
     );
-    let untold = "the cause is not told: late torques, ripple, springs, eccentric encoders, joints that bend and backlash each \
+    let unidentified = "the cause is not identified: late torques, ripple, springs, eccentric encoders, joints that bend and backlash each \
                   explain less than half of it";
-    vec![lacks, cause.unwrap_or_else(|| untold.into())]
+    vec![lacks, cause.unwrap_or_else(|| unidentified.into())]
 }

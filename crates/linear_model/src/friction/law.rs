@@ -1,21 +1,21 @@
-//! The friction of a simulated joint.
+//! The friction torque G of a simulated joint, N m (N).
 //!
 //! G = s+ (Fv1 v + Fs1 m) + s- (Fv2 v + Fs2 m),  s+ = (1 + tanh(v/w))/2,  s- = 1 - s+,
 //! m = 1 + stribeck exp(-(v/v_s)^2) + load |tau|.
 //!
-//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; the Stribeck and load
-//! terms are those of [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated elsewhere.
+//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; Stribeck and load terms from
+//! [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated in other modules.
 
 /// Friction of one joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
-    /// N m s/rad (N s/m), forward.
+    /// Viscous friction Fv1, N m s/rad (N s/m), forward.
     pub viscous_positive: f64,
-    /// N m (N), forward.
+    /// Coulomb friction Fs1, N m (N), forward.
     pub coulomb_positive: f64,
-    /// N m s/rad (N s/m), backward.
+    /// Viscous friction Fv2, N m s/rad (N s/m), backward.
     pub viscous_negative: f64,
-    /// N m (N), backward; negative.
+    /// Coulomb friction Fs2, N m (N), backward; negative.
     pub coulomb_negative: f64,
     /// Velocity over which the sign changes, w, rad/s.
     pub smoothing: f64,
@@ -42,7 +42,7 @@ impl FrictionLaw {
         }
     }
 
-    /// The same law with all its torques multiplied.
+    /// This law with all torques multiplied by a factor.
     pub fn scaled(mut self, factor: f64) -> FrictionLaw {
         self.viscous_positive *= factor;
         self.coulomb_positive *= factor;
@@ -105,7 +105,7 @@ mod tests {
         for (v, tau) in [(0.0, 0.0), (0.002, -3.0), (-0.004, 2.0), (0.03, 1.0), (-0.2, -5.0), (1.5, 4.0)] {
             let h = 1e-7;
             let difference = (law.torque(v + h, tau) - law.torque(v - h, tau)) / (2.0 * h);
-            // The third derivative is up to 2 F / s^3 = 1e7: h^2 of it is 1e-7, and rounding 1e-16 / h.
+            // The third derivative is up to 2 F / s^3 = 1e7: an error of 1e-7 by h^2, and rounding of 1e-16 / h.
             assert!((law.slope(v, tau) - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{v}");
         }
         assert!((law.slope(0.0, 0.0) - law.slope_at_rest()).abs() < 1e-12);

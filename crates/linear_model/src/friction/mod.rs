@@ -1,7 +1,7 @@
 //! Joint friction, linear in its parameters.
 //!
-//! One law has three faces: [`terms`] holds its columns at the samples of a log, [`periodic`] its columns over a
-//! periodic motion, [`law`] the torque that it makes in a simulated joint.
+//! Three forms of one friction law: [`terms`] has its columns at the samples of a log, [`periodic`] its columns over a
+//! periodic motion, [`law`] its torque in a simulated joint.
 //! [Vandanjon, Gautier, Desbats 1995, equation (5)]
 
 pub mod law;

@@ -1,17 +1,17 @@
-//! Columns of friction for the equations of one joint, in the time domain.
+//! Friction columns for the equations of one joint over a periodic motion, in the time domain.
 //!
-//! s+ is the share of the sample's cell [t - h/2, t + h/2] that the joint spends at positive
-//! velocity. With the velocity linear in the cell, v + a s, and a sign that turns over w,
+//! s+ is the share of the sample's cell [t - h/2, t + h/2] in which the velocity is positive. With the velocity linear in
+//! the cell, v + a s, and a sign that changes over w,
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
-//! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and the rest. w is
-//! wide where the controller makes the joint chatter at rest. There the sign flips, and its mean over the periods is a
-//! soft sign.
+//! The viscous columns are max(v, 0) and min(v, 0), smoothed equally: w/2 ln(1 + exp(2 v/w)), and v minus that. w is large
+//! where the controller makes the joint chatter at rest. There the sign alternates, and its mean over the periods is a
+//! smooth sign.
 //!
-//! A sign taken at the samples alone would move every reversal by up to half a sample, which turns Coulomb friction
-//! into the phase of the acceleration. The mean over the cell does not move it, and the recorded torque is the mean
-//! over the same cell.
+//! The sign at the samples alone would shift every reversal by up to half a sample, which makes the phase of Coulomb
+//! friction that of the acceleration. The mean over the cell has no shift, and the recorded torque is the mean over the
+//! same cell.
 //!
 //! | columns | term |
 //! |---|---|
@@ -21,14 +21,14 @@
 
 use crate::parameter::FrictionParameter;
 
-/// The choice of columns of a joint.
+/// The choice of friction columns of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
     /// Velocity over which the sign changes, w, rad/s.
     pub rest_velocity: f64,
     /// Whether Coulomb friction grows with the load.
     pub load: bool,
-    /// v_s, rad/s, where there is a Stribeck term.
+    /// Stribeck velocity v_s, rad/s; `None` without a Stribeck term.
     pub stribeck: Option<f64>,
 }
 
@@ -55,7 +55,8 @@ impl FrictionShape {
         parameters
     }
 
-    /// The columns over a series of instants, from velocity, acceleration and drive torque; h is the sample time.
+    /// The columns over a series of samples, from velocity, rad/s, acceleration, rad/s^2, and drive torque, N m; `h`: sample
+    /// time, s.
     pub fn fill(&self, v: &[f64], a: &[f64], tau: &[f64], h: f64) -> Vec<Vec<f64>> {
         let share: Vec<f64> = v.iter().zip(a).map(|(&v, &a)| positive_share(v, a, h, self.rest_velocity)).collect();
         let column = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
@@ -78,12 +79,14 @@ impl FrictionShape {
     }
 }
 
+/// Change of the velocity in a cell, in 2 w, below which it counts as constant: the rounding of the quotient would be larger.
+const SMALL_CELL_CHANGE: f64 = 1e-3;
+
 /// Mean of (1 + tanh((v + a s)/w))/2 over s in [-h/2, h/2].
 fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
     let half = 0.5 * a * h / w;
     let x = v / w;
-    // Below this change the velocity is constant within the cell to the rounding of the quotient.
-    if half.abs() < 1e-3 {
+    if half.abs() < SMALL_CELL_CHANGE {
         return 0.5 * (1.0 + x.tanh());
     }
     0.5 + (log_cosh(x + half) - log_cosh(x - half)) / (4.0 * half)

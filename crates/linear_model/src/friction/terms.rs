@@ -3,15 +3,15 @@
 //! tau_f = FV dq + FS sign(dq) + OFF, and the refinements
 //! - asymmetric: FV+ dq + FS+ for dq > 0, FV- dq + FS- for dq < 0 (FS- < 0)
 //!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
-//! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) on top of Coulomb, v_s given;
+//! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) in addition to Coulomb friction, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque. It stands on both sides of the equation, so a small residual
-//!   proves nothing. It is for diagnosis, never for comparing models;
-//! - rotor inertia IA ddq, for regressors whose model has none.
+//! - load: FL |tau| sign(dq), tau the measured torque. It is on both sides of the equation, so a small residual is no
+//!   evidence. It is for diagnosis, never for comparing models;
+//! - rotor inertia IA ddq, for regressors without one.
 //!
-//! Terms of a single joint, chosen by what they predict:
-//! - load: FL |Y x0| sign(dq), Y x0 the torque of bodies that an earlier fit x0 predicts, so tau is on one side only;
-//! - Stribeck, with a speed of its own;
+//! Terms of a single joint, chosen by cross-validation:
+//! - load: FL |Y x0| sign(dq), Y x0 the torque of bodies predicted by an earlier fit x0, so tau is on one side only;
+//! - Stribeck, with its own speed;
 //! - viscous asymmetry: FVA |dq|;
 //! - root: FR sqrt(|dq|) sign(dq).
 //!
@@ -38,7 +38,7 @@ pub enum JointTerm {
 }
 
 impl JointTerm {
-    /// The term's only parameter.
+    /// The only parameter of the term.
     #[inline]
     pub fn parameter(self) -> FrictionParameter {
         match self {
@@ -49,7 +49,7 @@ impl JointTerm {
         }
     }
 
-    /// What it says of a joint of this name.
+    /// The term as a sentence on a joint of this name.
     pub fn sentence(self, joint: &str) -> String {
         match self {
             JointTerm::Load => format!("friction of {joint} grows with its load"),
@@ -59,7 +59,7 @@ impl JointTerm {
         }
     }
 
-    /// Its column, with the torque `load` that an earlier fit predicts for the bodies.
+    /// Its column; `load`: torque of the bodies predicted by an earlier fit, N m (N).
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
         match self {
@@ -71,7 +71,7 @@ impl JointTerm {
     }
 }
 
-/// One term of the friction of every joint, or of one.
+/// One friction term, of every joint or of a single joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionTerm {
@@ -83,7 +83,7 @@ pub enum FrictionTerm {
     Offset,
     /// Coulomb as tanh(dq / v), v in rad/s.
     SmoothCoulomb(f64),
-    /// Viscous and Coulomb with values of their own for each direction.
+    /// Viscous and Coulomb friction with separate values for each direction.
     Asymmetric,
     /// exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
@@ -91,14 +91,14 @@ pub enum FrictionTerm {
     Load,
     /// IA ddq.
     Rotor,
-    /// A term of the joint with this number alone, counted from 1.
+    /// A term of the single joint with this number, counted from 1.
     At(usize, JointTerm),
 }
 
 use FrictionTerm::*;
 
 impl FrictionTerm {
-    /// The customary set.
+    /// The default set.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
     /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s; `load@2` is the term of joint 2 alone.
@@ -176,7 +176,7 @@ impl FrictionTerm {
         }
     }
 
-    /// The parameters that it has in joint j, counted from 0; none where it is the term of another joint.
+    /// Its parameters in joint j, counted from 0; empty where it is the term of another joint.
     #[inline]
     pub fn parameters_of(self, j: usize) -> &'static [FrictionParameter] {
         match self {
@@ -191,24 +191,24 @@ impl FrictionTerm {
         matches!(self, At(..))
     }
 
-    /// Whether the term jumps with the direction, and so can hold a joint at standstill.
+    /// Whether the term jumps at a reversal, and so can hold a joint at standstill.
     #[inline]
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
             || matches!(self, At(_, JointTerm::Load | JointTerm::Stribeck(_)))
     }
 
-    /// Whether the columns must be made before the filter of the torques and go through it.
+    /// Whether the columns must be computed before the filter of the torques, and then filtered.
     ///
-    /// That is so where they are neither linear in the motion nor the direction alone.
+    /// That is the case where they are neither linear in the motion nor equal to the direction.
     #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
 
-    /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
-    /// or that sign after the filter of the torques, between -1 and 1. `tau` is the measured torque, and for a term of a
-    /// single joint the one that an earlier fit predicts for the bodies.
+    /// Writes the columns of one joint at one sample, in the order of `parameters`. `direction`: sign(dq), or that sign after
+    /// the filter of the torques, between -1 and 1. `tau`: the measured torque, or for a term of a single joint the torque of
+    /// the bodies predicted by an earlier fit, N m (N).
     #[inline]
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
@@ -217,7 +217,7 @@ impl FrictionTerm {
             (Offset, [o]) => *o = 1.0,
             (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
             (Asymmetric, [vp, cp, vn, cn]) => {
-                // [dq > 0] and [dq < 0], filtered as the sign was.
+                // [dq > 0] and [dq < 0], with the filter of the sign.
                 let (forward, backward) = (0.5 * (1.0 + direction), 0.5 * (1.0 - direction));
                 (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
             }
@@ -230,7 +230,7 @@ impl FrictionTerm {
     }
 }
 
-/// As on the command line: `viscous`, `stribeck=0.1`.
+/// Writes the term as on the command line: `viscous`, `stribeck=0.1`.
 impl fmt::Display for FrictionTerm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -250,7 +250,8 @@ impl fmt::Display for FrictionTerm {
     }
 }
 
-/// Refuses terms of joints that the robot lacks, and two that have a parameter of one name; `n`: number of joints.
+/// Fails for a term of a joint that the robot does not have, and for two terms with a parameter of one name; `n`: number of
+/// joints.
 pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
     for (i, term) in terms.iter().enumerate() {
         if let At(number, _) = term

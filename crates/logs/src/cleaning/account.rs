@@ -1,4 +1,4 @@
-//! What was found in a log and what was done about it.
+//! The findings of the cleaning of a log, and the corrections.
 
 use std::fmt;
 
@@ -6,91 +6,93 @@ use crate::Error;
 use crate::cleaning::clock::{Clock, GAP_PERIODS, MIN_ROWS};
 use crate::cleaning::goals::GoalSpan;
 use crate::cleaning::refresh::Refresh;
-use crate::cleaning::rest::Rest;
+use crate::cleaning::rest::RestTimes;
 use crate::cleaning::suspects::Suspect;
-use crate::cleaning::undriven::Undriven;
+use crate::cleaning::undriven::NoTorqueReason;
 
-/// The account of the cleaning of a log.
+/// The report of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogReport {
     /// Rows of the file.
     pub rows: usize,
-    /// Rows that are used.
+    /// Number of used rows.
     pub kept: usize,
-    /// Rows that are not.
+    /// Rows that are left out.
     pub left_out: LeftOutRows,
     /// The columns that it was read from.
     pub columns: ReadColumns,
-    /// One per coordinate: why there is no torque; `None`: there is one.
-    pub undriven: Vec<Option<Undriven>>,
-    /// One per coordinate, where position servos are told goals: what the goals are.
+    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has a torque.
+    pub undriven: Vec<Option<NoTorqueReason>>,
+    /// The range of the goals, one per coordinate, where the efforts are goals of position servos.
     pub goals: Vec<GoalSpan>,
     /// Rows with more or fewer cells than the header.
     pub ragged: usize,
-    /// Kept rows in which every signal but the time is as in the row before.
+    /// Used rows in which every signal except the time equals the row before.
     pub repeated: usize,
-    /// How often new values come.
+    /// Time between new values.
     pub refresh: Refresh,
     /// The clock of the kept rows.
     pub clock: Clock,
-    /// Jumps by a turn in the positions, taken back.
+    /// Number of jumps by a turn in the positions, which were removed.
     pub wrapped: usize,
-    /// What each coordinate's signals hold that no robot does.
+    /// Findings in each coordinate's signals that no robot can produce.
     pub suspect: Vec<Suspect>,
-    /// How long the robot rests.
-    pub rest: Rest,
+    /// Durations at rest.
+    pub rest: RestTimes,
 }
 
-/// The names of the columns that a log was read from, one per coordinate, behind a `-` where the sign is changed.
+/// Names of the columns that a log was read from, one per coordinate, with a leading `-` where the sign is changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadColumns {
-    /// Of the positions.
+    /// Columns of the positions.
     pub position: Vec<String>,
-    /// Of the velocities, where there are some.
+    /// Columns of the velocities, if any.
     pub velocity: Option<Vec<String>>,
-    /// Of the accelerations, where there are some.
+    /// Columns of the accelerations, if any.
     pub acceleration: Option<Vec<String>>,
-    /// Of the torques, currents or goals; coordinates without one have none.
+    /// Columns of the torques, currents or goals; coordinates without one have none.
     pub effort: Vec<String>,
 }
 
-/// Rows that are left out, and the episodes that a column or the clock shows.
+/// Rows that are left out, and the episodes found by a column or by the clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LeftOutRows {
     /// Rows in which a number is missing, NaN or infinite.
     pub not_finite: usize,
     /// Line of the first of them.
     pub first_not_finite: Option<usize>,
-    /// Rows at which the clock stands still.
+    /// Rows in which the clock has the time of the row before.
     pub clock_repeated: usize,
-    /// Rows at which the clock runs backwards.
+    /// Rows in which the time is before the time of an earlier row.
     pub clock_backwards: usize,
-    /// The first line on which the clock runs backwards.
+    /// The first line in which the clock runs backwards.
     pub first_backwards: Option<usize>,
-    /// Rows whose clock is behind that of the row before.
+    /// Rows in which the time is before the time of the row before.
     pub clock_steps_back: usize,
-    /// Episodes that begin where a column changes that numbers them.
+    /// Episodes that begin where the column of the episode number changes.
     pub episodes_by_column: usize,
-    /// Episodes that begin where the clock begins anew; the first row of each is left out.
+    /// Episodes that begin where the clock restarts; the first row of each is left out.
     pub episodes_by_clock: usize,
 }
 
-/// If the clock runs backwards in a larger share of the rows, that is no jitter: the file holds two runs.
+/// A clock that runs backwards in a larger share of the rows is not jitter: the file has two runs.
 const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 
-/// Shares of the rows at which the clock steps back where two clocks take turns: the share of the slower source, up to a
+/// Shares of the rows with a step back of the clock where two clocks alternate: the share of the slower source, up to a
 /// half. A clock that counts down steps back in all rows.
 const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
+/// A clock that repeats its time in a larger share of the rows is not the time.
+const MAX_REPEATED_SHARE: f64 = 0.5;
 
 impl LogReport {
-    /// Of so many rows, all used, one each `period` s.
+    /// A report of this number of rows, all used, with a period of `period` s.
     pub fn uniform(rows: usize, period: f64) -> LogReport {
         let duration = rows.saturating_sub(1) as f64 * period;
         let clock = Clock { duration, period, longest_step: period, uniform: true, gaps: 0 };
         LogReport { rows, kept: rows, clock, ..LogReport::default() }
     }
 
-    /// Adds the next part of the same file, which starts `step` s after the end of this.
+    /// Adds the next block of the same file, which starts `step` s after the end of this one.
     pub(crate) fn append(&mut self, next: &LogReport, step: f64) {
         if self.kept < 2 {
             let counts = std::mem::replace(self, next.clone());
@@ -101,7 +103,7 @@ impl LogReport {
         self.count(next);
     }
 
-    /// Adds the counts of another part, but nothing of its clock.
+    /// Adds the counts of another block, without its clock.
     pub(crate) fn count(&mut self, other: &LogReport) {
         self.rows += other.rows;
         self.kept += other.kept;
@@ -121,7 +123,7 @@ impl LogReport {
         }
     }
 
-    /// Refuses a whole file that is no log; `time` is the header of its clock.
+    /// Refuses a whole file that is not a log; `time` is the header of its clock.
     pub(crate) fn check(&self, file: &str, time: &str) -> Result<(), Error> {
         if self.rows == 0 {
             return Err(Error::at(file, 1, "there is a header but no row of numbers below it"));
@@ -135,7 +137,7 @@ impl LogReport {
         self.goals.iter().try_for_each(|goal| goal.check(file))
     }
 
-    /// Most rows must be whole, and enough must be left.
+    /// Most rows must have the right number of cells, and enough rows must be usable.
     fn check_rows(&self, file: &str) -> Result<(), Error> {
         let LogReport { rows, kept, ragged, left_out: LeftOutRows { not_finite, .. }, .. } = self;
         let message = if *ragged > rows / 2 {
@@ -152,7 +154,7 @@ impl LogReport {
 }
 
 impl LeftOutRows {
-    /// Adds the counts of another part.
+    /// Adds the counts of another block.
     fn count(&mut self, other: &LeftOutRows) {
         self.not_finite += other.not_finite;
         self.first_not_finite = self.first_not_finite.or(other.first_not_finite);
@@ -164,11 +166,11 @@ impl LeftOutRows {
         self.episodes_by_clock += other.episodes_by_clock;
     }
 
-    /// Refuses a clock that runs backwards or stands still in many of the rows.
+    /// Refuses a clock that runs backwards or repeats its time in many rows.
     fn check(&self, file: &str, time: &str, rows: usize) -> Result<(), Error> {
         let refused = |line: Option<usize>, message: String| Err(Error::at(file, line.unwrap_or(0), message));
         let LeftOutRows { clock_steps_back, clock_repeated, first_backwards, .. } = self;
-        // Two runs in one file step back once, and all that follows is behind.
+        // With two runs in one file the clock steps back once, and all later rows are behind.
         if INTERLEAVED_BACKWARD_SHARES.contains(&(*clock_steps_back as f64 / rows as f64)) {
             let message = format!(
                 "column `{time}` runs back and forth in {clock_steps_back} of {rows} rows, here first: two publishers on one \
@@ -177,8 +179,8 @@ impl LeftOutRows {
             );
             return refused(*first_backwards, message);
         }
-        // A clock may stumble in some rows; one that does so in many is not the time.
-        // A row of each episode was behind before it showed that an episode begins.
+        // A clock may run backwards in a few rows; if it does so in many, it is not the time. The first rows of an episode
+        // counted as backwards before the episode was recognised.
         let slips = self.clock_backwards.saturating_sub(self.episodes_by_clock);
         if slips as f64 > LARGEST_BACKWARD_SHARE * rows as f64 {
             let message = format!(
@@ -186,7 +188,7 @@ impl LeftOutRows {
             );
             return refused(*first_backwards, message);
         }
-        if *clock_repeated as f64 > 0.5 * rows as f64 {
+        if *clock_repeated as f64 > MAX_REPEATED_SHARE * rows as f64 {
             let message =
                 format!("column `{time}` stands still in {clock_repeated} of {rows} rows; it is not the time");
             return refused(None, message);
@@ -198,6 +200,7 @@ impl LeftOutRows {
 impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let left_out = &self.left_out;
+        // Every episode after the first was counted at its begin.
         writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock.in_words())?;
         for (begun, why) in [
             (left_out.episodes_by_column, "the column that numbers them changes"),
@@ -212,6 +215,7 @@ impl fmt::Display for LogReport {
             format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)");
         let episodes = left_out.episodes_by_column + left_out.episodes_by_clock;
         let line = left_out.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
+        // Only counts above zero have a line.
         for (count, one, more, what) in [
             (left_out.not_finite, "row", "rows", format!("left out: a number is missing or infinite{line}")),
             (left_out.clock_repeated, "row", "rows", "left out: the clock repeats".into()),
@@ -225,6 +229,7 @@ impl fmt::Display for LogReport {
                 writeln!(f, "{count} {} {what}", if count == 1 { one } else { more })?;
             }
         }
+        // Sentences of signals that are updated less often than rows, of suspects, and of rest.
         self.refresh.sentence(self.clock.period).iter().try_for_each(|s| writeln!(f, "{s}"))?;
         self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
         self.rest.sentence(self.clock.duration).iter().try_for_each(|s| writeln!(f, "{s}"))

@@ -2,35 +2,37 @@
 
 use crate::Error;
 
-/// The clock of the rows that are used.
+/// The clock of the used rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Clock {
-    /// s, from the first to the last sample.
+    /// Time from the first to the last sample, s.
     pub duration: f64,
-    /// s, the median step.
+    /// Median step, s.
     pub period: f64,
-    /// s, the longest step.
+    /// Longest step, s.
     pub longest_step: f64,
-    /// Whether no step is 1 % off the median.
+    /// Whether every step is within 1 % of the median.
     pub uniform: bool,
     /// Steps longer than [`GAP_PERIODS`] periods.
     pub gaps: usize,
 }
 
-/// A step of the clock this many times the median is a gap: nothing is interpolated across it.
+/// A step of more than this multiple of the median is a gap: there is no interpolation across it.
 pub const GAP_PERIODS: f64 = 10.0;
 
-/// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
+/// Largest step, s, of a clock that is taken to be in s without a unit in its header.
 pub(crate) const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
-/// A clock with a smaller step, s, is in another unit, because no robot is sampled that fast.
+/// Smallest step, s, of a clock in the right unit: no robot is sampled faster.
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
-/// Fewer samples than this cannot be filtered and differentiated.
+/// Least number of samples for filtering and differentiation.
 pub(crate) const MIN_ROWS: usize = 50;
+/// Greatest deviation of a step of a uniform clock from the median, as a share of the median.
+const UNIFORM_STEP_TOLERANCE: f64 = 0.01;
 
 impl Clock {
-    /// Of samples at strictly increasing instants, s; `None` where there is no step.
+    /// From samples at strictly increasing times, s; `None` where there is no step.
     pub(crate) fn of(t: &[f64]) -> Option<Clock> {
         let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
         let duration = t.last()? - t.first()?;
@@ -42,7 +44,7 @@ impl Clock {
         Some(Clock { duration, period, longest_step, uniform, gaps })
     }
 
-    /// Adds the next part of the same file, which starts `step` s after the end of this. A part of one sample has no clock.
+    /// Adds the next block of the same file, which starts `step` s after the end of this one. A block of one sample has no clock.
     pub(crate) fn append(&mut self, next: Option<&Clock>, step: f64) {
         self.uniform &= even(step, self.period) && next.is_none_or(|n| n.uniform && even(n.period, self.period));
         self.longest_step = self.longest_step.max(step).max(next.map_or(0.0, |n| n.longest_step));
@@ -50,13 +52,13 @@ impl Clock {
         self.duration += step + next.map_or(0.0, |n| n.duration);
     }
 
-    /// Refuses steps that are none in the unit that the header seems to say, and a clock in pieces; `kept`: rows that are
-    /// used.
+    /// Refuses a median step that is impossible in the unit of the header, and a clock with too many gaps; `kept`: number of used
+    /// rows.
     pub(crate) fn check(&self, file: &str, time: &str, kept: usize) -> Result<(), Error> {
         let refused = |message: String| Err(Error::at(file, 0, message));
         let Clock { duration, period, gaps, .. } = self;
         if !(period.is_finite() && duration.is_finite()) {
-            return refused("the clock leaves the range of numbers".into());
+            return refused("the clock exceeds the range of floating-point numbers".into());
         }
         if *period < FASTEST_CLOCK_STEP_S {
             return refused(format!(
@@ -71,7 +73,7 @@ impl Clock {
                  s, `{time}_s`"
             ));
         }
-        // Between gaps fewer rows are left than can be filtered.
+        // Between gaps there are fewer rows than can be filtered.
         if gaps * MIN_ROWS > kept {
             let mean = duration / (kept - 1) as f64;
             return refused(format!(
@@ -83,7 +85,7 @@ impl Clock {
         Ok(())
     }
 
-    /// Its duration and its steps.
+    /// Its duration and its steps, in words.
     pub(crate) fn in_words(&self) -> String {
         let evenness = if self.uniform { "uniform" } else { "not uniform" };
         let numbers = [(self.duration, 3), (self.period, 6), (self.longest_step, 6)];
@@ -92,13 +94,13 @@ impl Clock {
     }
 }
 
-/// A number with at most so many decimals, and no zeros behind them.
+/// A number with at most this number of decimals, without trailing zeros.
 fn trimmed(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// Whether a step of the clock is that of a uniform clock.
+/// Whether a step of the clock is within the tolerance of a uniform clock.
 pub(crate) fn even(step: f64, period: f64) -> bool {
-    (step - period).abs() <= 0.01 * period
+    (step - period).abs() <= UNIFORM_STEP_TOLERANCE * period
 }

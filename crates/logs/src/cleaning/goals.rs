@@ -1,31 +1,32 @@
 //! Goals of position servos, and their errors.
 //!
-//! A servo that is told a goal q_g pushes with k (q_g - q), k its gain in N m/rad, as long as it is at no limit and does
-//! not integrate. What does not move with the joint, or never differs from its position, is no goal.
+//! A servo with the goal q_g has the torque k (q_g - q), k its gain in N m/rad, while it is at no limit and does not integrate. A
+//! signal that does not change with the joint, or never differs from its position, is no goal.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::Error;
 
-/// Share of the way of a joint below which all errors of its goals are rounding: no encoder tells so little.
+/// Share of the range of a joint below which all errors of its goals are rounding: no encoder resolves less.
 const ROUNDING_SHARE: f64 = 1e-4;
-/// rad (m), by which a servo that holds one goal may sag.
+/// Greatest sag, rad (m), of a servo that holds one goal.
 const LARGEST_SAG: f64 = 0.2;
 
-/// What the goals of a joint are, over a log or a part of it.
+/// The range of the goals of a joint, over a log or a block of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GoalSpan {
     header: String,
     /// Lowest and highest goal; `None` before the first.
     goal: Option<[f64; 2]>,
-    /// The same of the position.
+    /// Lowest and highest position; `None` before the first.
     position: Option<[f64; 2]>,
-    /// Largest distance of a goal from its position.
+    /// Largest distance of a goal from its position, rad (m).
     error: f64,
 }
 
 impl GoalSpan {
-    /// Makes errors of goals, the nearest by whole turns: a position that jumps by a turn takes its goal along, or not.
+    /// Replaces goals by their errors, modulo whole turns: a position that jumps by a turn may or may not have a goal that jumps
+    /// with it.
     pub(crate) fn take(&mut self, header: &str, position: &[f64], goal: &mut [f64]) {
         let span = |x: &[f64]| {
             x.iter().filter(|x| x.is_finite()).fold(None, |span: Option<[f64; 2]>, &x| {
@@ -44,7 +45,7 @@ impl GoalSpan {
         self.append(&GoalSpan { header: header.into(), goal: goals, position: positions, error });
     }
 
-    /// Adds another part of the log.
+    /// Adds another block of the log.
     pub(crate) fn append(&mut self, other: &GoalSpan) {
         let whole = |a: Option<[f64; 2]>, b: Option<[f64; 2]>| match (a, b) {
             (Some(a), Some(b)) => Some([a[0].min(b[0]), a[1].max(b[1])]),
@@ -56,7 +57,7 @@ impl GoalSpan {
         self.error = self.error.max(other.error);
     }
 
-    /// Refuses what is no goal; a coordinate that nothing drives has none.
+    /// Refuses a signal that is no goal; a coordinate without a drive has none.
     pub(crate) fn check(&self, file: &str) -> Result<(), Error> {
         let (Some([low, high]), Some([from, to])) = (self.goal, self.position) else { return Ok(()) };
         let header = &self.header;
@@ -64,13 +65,13 @@ impl GoalSpan {
         if high == low && to - from > LARGEST_SAG {
             return refuse(format!(
                 "column `{header}` is {low} throughout, while its joint goes from {from:.4} to {to:.4}: no goal of a servo \
-                 that follows; name the column of the positions that it was told, [options.columns.goal]"
+                 that follows; name the column of the commanded positions, [options.columns.goal]"
             ));
         }
         if self.error <= ROUNDING_SHARE * (to - from) && to > from {
             return refuse(format!(
                 "column `{header}` is the position of its joint in every row, to {:.1e} rad (m): the measured position, named \
-                 again? The goal is what the servo was told, [options.columns.goal]",
+                 again? The goal is the commanded position, [options.columns.goal]",
                 self.error
             ));
         }
@@ -106,7 +107,7 @@ mod tests {
             let message = span(&position, &goal).0.check("log.csv").unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("goal_a"), "{message}");
         }
-        // A servo that holds still sags by little, and parts of a log count together.
+        // A servo that holds its position still sags a little, and blocks of a log are combined.
         assert!(span(&[0.25, 0.28, 0.29], &[0.3; 3]).0.check("log.csv").is_ok());
         let (mut first, _) = span(&[0.0, 1.0], &[0.3, 0.3]);
         first.append(&span(&[1.0, 0.0], &[0.9, 0.1]).0);

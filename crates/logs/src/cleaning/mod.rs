@@ -1,4 +1,4 @@
-//! Counts and reports what is wrong with a log.
+//! Detects, counts and reports faults of a log.
 
 pub(crate) mod account;
 pub(crate) mod clock;

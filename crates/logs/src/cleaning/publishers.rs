@@ -1,33 +1,33 @@
-//! Rows of a second source between those of the first: two publishers on one topic.
+//! Rows of a second source between the rows of the first: two publishers on one topic.
 //!
-//! A row is foreign where a signal leaves and comes back: x_r is far from x_(r-1) and x_(r+1), and these two are near each
-//! other. In a row of another source half of all torques and velocities do so at once. A spike does so seldom, a coarse
-//! encoder in one joint at a time, a loop that chatters in the torques alone.
+//! A row is foreign where a signal jumps and returns: x_r is far from x_(r-1) and x_(r+1), and these two are near each other. In
+//! a row of another source half of all torques and velocities do so at once. A spike is rare, a coarse encoder affects one joint
+//! at a time, and a chattering loop affects the torques alone.
 
-/// How far a signal leaves, in its standard deviations.
-const FAR: f64 = 0.5;
-/// How near it comes back, as a share of how far it left.
-const NEAR: f64 = 0.1;
-/// Share of the rows that must be foreign. Noise alone reaches a twentieth in one signal, and less in several at once.
+/// Least jump of a signal, in its standard deviations.
+const MIN_JUMP_SIGMAS: f64 = 0.5;
+/// Greatest distance after the return, as a share of the jump.
+const MAX_RETURN_SHARE: f64 = 0.1;
+/// Least share of foreign rows. Noise alone reaches a twentieth in one signal, and less in several at once.
 const FOREIGN_ROWS_SHARE: f64 = 0.15;
-/// Share of the foreign rows from which on these are rows of zeros.
+/// Share of the foreign rows with zero torques above which the second source writes zeros.
 const ZERO_SHARE: f64 = 0.9;
-/// Fewer rows than this tell nothing.
-const MIN_ROWS: usize = 100;
+/// Least number of rows for a decision.
+const MIN_ROWS_FOR_SOURCES: usize = 100;
 
-/// Number of foreign rows, and whether their torques are all zero; no rows where they are too few to be of another source.
+/// Number of foreign rows, and whether their torques are all zero; zero rows where they are too few for another source.
 ///
-/// Where two sources take turns each row is foreign beside its neighbours: the half of them is.
+/// Where two sources alternate, each row is foreign to its neighbours; half of the rows are counted.
 ///
-/// Without velocities a row counts where its torques are all zero, because torques alone may chatter.
+/// Without velocities a row counts only if its torques are all zero, because torques alone may chatter.
 pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]) -> (usize, bool) {
     let rows = efforts.first().map_or(0, Vec::len);
-    if rows < MIN_ROWS {
+    if rows < MIN_ROWS_FOR_SOURCES {
         return (0, false);
     }
     let are_zero = |r: usize| efforts.iter().all(|x| x[r] == 0.0);
     let torques = leaving(efforts);
-    // Every foreign row shows in the torques.
+    // Every foreign row is visible in the torques.
     if (torques.iter().filter(|count| **count > 0).count() as f64) < FOREIGN_ROWS_SHARE * rows as f64 {
         return (0, false);
     }
@@ -45,27 +45,27 @@ pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]
     }
     let zeros = foreign.iter().filter(|r| are_zero(**r)).count();
     let count = foreign.len().min(rows / 2);
-    // Of rows that take turns half are zero.
+    // Where rows alternate, half of them are zero.
     if zeros as f64 > ZERO_SHARE * count as f64 { (zeros, true) } else { (count, false) }
 }
 
-/// For each row, the number of series that leave there and come back.
+/// For each row, the number of series that jump there and return.
 fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
     let mut leaving = vec![0; group.first().map_or(0, Vec::len)];
     for x in group {
         let n = x.len() as f64;
         let mean = sum(x, |x| x) / n;
-        let far = FAR * (sum(x, |x| (x - mean) * (x - mean)) / n).sqrt();
+        let far = MIN_JUMP_SIGMAS * (sum(x, |x| (x - mean) * (x - mean)) / n).sqrt();
         for (w, count) in x.windows(3).zip(&mut leaving[1..]) {
             let (before, after) = (w[1] - w[0], w[1] - w[2]);
             let left = before.abs().min(after.abs());
-            *count += usize::from(before * after > 0.0 && left > far && (w[2] - w[0]).abs() < NEAR * left);
+            *count += usize::from(before * after > 0.0 && left > far && (w[2] - w[0]).abs() < MAX_RETURN_SHARE * left);
         }
     }
     leaving
 }
 
-/// A sum in eight lanes: one after the other, each addition waits for that before.
+/// A sum in eight SIMD lanes: in a single sum each addition waits for the one before.
 fn sum(x: &[f64], of: impl Fn(f64) -> f64) -> f64 {
     let (eights, rest) = x.as_chunks::<8>();
     let mut lanes = [0.0; 8];

@@ -1,8 +1,8 @@
-//! Words of a register that were read without their sign: two's complement, or a bit that says it.
+//! Register words that were read without their sign: two's complement, or a sign bit.
 //!
-//! A servo writes -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). Read as numbers
-//! without a sign, such a signal is never negative. Where it changes its sign it jumps by nearly the whole word, and with
-//! its sign put right it does not.
+//! A servo writes -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). Read as unsigned numbers,
+//! such a signal is never negative. Where it changes its sign it jumps by nearly the whole word; with the sign corrected it does
+//! not jump.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::cleaning::turns::extremes;
 
-/// How a word holds its sign: a power of two, and the size of a count, in the unit of the series.
+/// The sign representation of a word: a power of two, and the value of a count, in the unit of the series.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RawWord {
@@ -21,7 +21,7 @@ pub enum RawWord {
         /// One count.
         count: f64,
     },
-    /// Negative numbers are their size and 2^bit counts.
+    /// Negative numbers are stored as their magnitude plus 2^bit counts.
     SignBit {
         /// The bit of the sign.
         bit: i32,
@@ -30,40 +30,42 @@ pub enum RawWord {
     },
 }
 
-/// Bits of the words that registers have.
-const BITS: std::ops::RangeInclusive<i32> = 7..=32;
+/// Numbers of bits of register words.
+const WORD_BITS: std::ops::RangeInclusive<i32> = 7..=32;
 
-/// Fewer changes of sign tell nothing.
+/// Least number of sign changes for a decision.
 const MIN_SIGN_CHANGES: usize = 4;
-/// Where the sign changes, the series jumps by at least this share of the word ..
-const LARGE_JUMP: f64 = 0.5;
-/// .. and by at most this share once the sign is put right.
-const SMALL_JUMP: f64 = 0.1;
-/// Numbers on either side of zero that are needed: a valve that is open or closed has one on each.
-const MIN_DISTINCT: usize = 8;
-/// A number this far from a whole count, in counts, is none.
+/// Least jump of the series at its sign changes, as a share of the word.
+const MIN_JUMP_BEFORE: f64 = 0.5;
+/// Greatest jump there after the sign is corrected, as a share of the word.
+const MAX_JUMP_AFTER: f64 = 0.1;
+/// Least number of distinct values on either side of zero: a valve that is open or closed has one on each.
+const MIN_DISTINCT_VALUES: usize = 8;
+/// Greatest distance of a value from a whole count, in counts.
 const COUNT_ROUNDING: f64 = 1e-3;
+/// Least jump that may be a sign change, as a share of the largest value.
+const MIN_JUMP_OF_LARGEST: f64 = 0.25;
 
 impl RawWord {
-    /// Looks at a series; `None` where it is signed, or no word.
+    /// The word of a series; `None` where the series is signed, or not a word.
     pub(crate) fn of(x: &[f64]) -> Option<RawWord> {
         let (low, high) = extremes(x);
-        // Only a signal without negative numbers can have lost its sign.
+        // Only a signal without negative numbers can have an unread sign.
         if !(low >= 0.0 && high.is_finite())
-            || x.windows(2).filter(|w| (w[1] - w[0]).abs() > 0.25 * high).count() < MIN_SIGN_CHANGES
+            || x.windows(2).filter(|w| (w[1] - w[0]).abs() > MIN_JUMP_OF_LARGEST * high).count() < MIN_SIGN_CHANGES
         {
             return None;
         }
         let count = count_of(x)?;
         let power = |bits: i32| count * 2f64.powi(bits);
-        // The word of the largest number.
-        let word = BITS.clone().find(|bits| power(*bits) > high + 0.5 * count);
+        // The smallest word that holds the largest number.
+        let word = WORD_BITS.clone().find(|bits| power(*bits) > high + 0.5 * count);
         let word = word.map(|bits| RawWord::TwosComplement { bits, count });
-        let bits = BITS.rev().filter(|bit| power(*bit) <= high).map(|bit| RawWord::SignBit { bit, count });
+        let bits = WORD_BITS.rev().filter(|bit| power(*bit) <= high).map(|bit| RawWord::SignBit { bit, count });
         word.into_iter().chain(bits).find(|word| word.explains(x))
     }
 
-    /// The number that a word stands for.
+    /// The signed number that a word represents.
     pub fn signed(self, x: f64) -> f64 {
         let size = self.size();
         match self {
@@ -73,13 +75,13 @@ impl RawWord {
         }
     }
 
-    /// The word, or the bit of its sign, in the unit of the series.
+    /// The word, or its sign bit, in the unit of the series.
     fn size(self) -> f64 {
         let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = self;
         count * 2f64.powi(bits)
     }
 
-    /// Whether the jumps of a series are changes of this sign.
+    /// Whether the jumps of a series are sign changes of this word.
     fn explains(self, x: &[f64]) -> bool {
         let size = self.size();
         let changes = x.windows(2).filter(|w| (self.signed(w[0]) < 0.0) != (self.signed(w[1]) < 0.0));
@@ -100,13 +102,13 @@ impl RawWord {
         let are_many = sides.iter_mut().all(|side| {
             side.sort_unstable();
             side.dedup();
-            side.len() >= MIN_DISTINCT
+            side.len() >= MIN_DISTINCT_VALUES
         });
-        are_many && middle(before) >= LARGE_JUMP * size && middle(after) <= SMALL_JUMP * size
+        are_many && middle(before) >= MIN_JUMP_BEFORE * size && middle(after) <= MAX_JUMP_AFTER * size
     }
 }
 
-/// The count of which all numbers of a series are multiples: the smallest distance between two of them.
+/// The count of which all numbers of a series are multiples: the smallest difference of two of them; `None` if there is none.
 fn count_of(x: &[f64]) -> Option<f64> {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -117,7 +119,7 @@ fn count_of(x: &[f64]) -> Option<f64> {
 }
 
 impl fmt::Display for RawWord {
-    /// What mends it, in counts: the numbers of the file may be in another unit.
+    /// The correction, in counts: the numbers of the file may be in another unit.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = *self;
         let whole = 2f64.powi(bits);
@@ -139,7 +141,7 @@ impl fmt::Display for RawWord {
     }
 }
 
-/// A number to six digits.
+/// A number with six significant digits.
 fn significant(x: f64) -> String {
     let decimals = (5 - x.log10().floor() as i32).clamp(0, 12) as usize;
     let text = format!("{x:.decimals$}");

@@ -1,24 +1,24 @@
-//! How long a robot rests in a log.
+//! The duration of rest in a log.
 
-/// At rest: no joint is faster than this, rad/s, over [`REST_SPAN_S`].
+/// Greatest speed of a joint at rest, rad/s, over [`REST_SPAN_S`].
 const REST_SPEED_RAD_S: f64 = 1e-3;
-/// Span over which the speed at rest is taken, s.
+/// Time over which the speed at rest is averaged, s.
 const REST_SPAN_S: f64 = 0.05;
 
-/// How long a robot rests, s.
+/// Durations of rest, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rest {
-    /// At the start.
+pub struct RestTimes {
+    /// Duration of rest at the start.
     pub before: f64,
-    /// At the end.
+    /// Duration of rest at the end.
     pub after: f64,
-    /// In all.
+    /// Total duration of rest.
     pub total: f64,
 }
 
-impl Rest {
-    /// Measured in spans of [`REST_SPAN_S`]. The remainder behind the last span counts as a continuation of it.
-    pub(crate) fn of(t: &[f64], q: &[Vec<f64>]) -> Rest {
+impl RestTimes {
+    /// Evaluated in spans of [`REST_SPAN_S`]. The remainder after the last span counts as its continuation.
+    pub(crate) fn of(t: &[f64], q: &[Vec<f64>]) -> RestTimes {
         let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
         for r in 1..t.len() {
             let span = t[r] - t[r0];
@@ -40,21 +40,21 @@ impl Rest {
         }
         let all = t[t.len() - 1] - t[0];
         match before {
-            Some(before) => Rest { before, after, total },
-            None if total > 0.0 => Rest { before: all, after: all, total: all },
-            // Shorter than a span: nothing is known.
-            None => Rest::default(),
+            Some(before) => RestTimes { before, after, total },
+            None if total > 0.0 => RestTimes { before: all, after: all, total: all },
+            // Shorter than a span: not determined.
+            None => RestTimes::default(),
         }
     }
 
-    /// Whether a log of so many seconds is at rest throughout.
+    /// Whether a log of this duration, s, is at rest throughout.
     fn is_throughout(&self, duration: f64) -> bool {
         self.total > 0.0 && self.before >= duration
     }
 
-    /// Adds that of the next part of the same file, which starts `step` s after the end of this; durations in s.
-    pub(crate) fn append(&mut self, duration: f64, next: &Rest, next_duration: f64, step: f64) {
-        // At rest on both sides of the seam, the joints are at rest across it.
+    /// Adds the rest of the next block of the same file, which starts `step` s after the end of this one; durations in s.
+    pub(crate) fn append(&mut self, duration: f64, next: &RestTimes, next_duration: f64, step: f64) {
+        // If the joints are at rest on both sides of the seam, they are at rest across it.
         let seam = if self.after > 0.0 && next.before > 0.0 { step } else { 0.0 };
         if self.is_throughout(duration) {
             self.before += seam + next.before;
@@ -63,12 +63,12 @@ impl Rest {
         self.total += seam + next.total;
     }
 
-    /// For a log of so many seconds; `None` where it never rests.
+    /// The sentence for a log of this duration, s; `None` where it never rests.
     pub(crate) fn sentence(&self, duration: f64) -> Option<String> {
         if self.is_throughout(duration) {
             return Some("at rest throughout".into());
         }
-        let Rest { before, after, total } = self;
+        let RestTimes { before, after, total } = self;
         let between = (total - before - after).max(0.0);
         let parts = format!("{before:.2} s at the start, {between:.2} s between, {after:.2} s at the end");
         (*total > 0.0).then(|| format!("at rest {:.2} s: {parts}", before + between + after))

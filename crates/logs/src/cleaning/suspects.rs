@@ -1,5 +1,5 @@
-//! Finds what a log holds that no robot does: jumps, torques that were not measured, words read without their sign, rows of
-//! a second source.
+//! Finds signals that no robot can produce: jumps, torques that were not measured, words read without their sign, rows of a
+//! second source.
 
 use std::fmt;
 
@@ -7,38 +7,37 @@ use serde::Serialize;
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::{extremes, may_be_wrapped, unwrap_angle};
-use crate::cleaning::undriven::Undriven;
+use crate::cleaning::undriven::NoTorqueReason;
 
-/// What is odd about the signals of one coordinate.
+/// Findings in the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Suspect {
-    /// The coordinate it is about.
+    /// Name of the coordinate.
     pub coordinate: String,
-    /// Jumps of the position, turns not counted.
+    /// Jumps of the position, without jumps by a turn.
     pub jumps: usize,
-    /// Why it has no torque; `None`: it has one.
+    /// The reason why it has no torque; `None`: it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub undriven: Option<Undriven>,
-    /// The torque (A) of every row, where it is always the same.
+    pub undriven: Option<NoTorqueReason>,
+    /// The torque or current of every row, where it is constant.
     pub constant: Option<f64>,
-    /// Share of the rows at which the torque stands at its limits, where that is no accident.
+    /// Share of the rows with the torque at its limits, where that share is significant.
     pub saturated: Option<f64>,
-    /// Of torques read as words without a sign: how the word holds it.
+    /// The word of the torques, where they were read without their sign.
     pub raw_effort: Option<RawWord>,
-    /// The same of velocities.
+    /// The word of the velocities, where they were read without their sign.
     pub raw_velocity: Option<RawWord>,
-    /// Rows of another source between those of this one.
+    /// Rows of another source between the rows of this one.
     pub foreign_rows: usize,
-    /// Whether the torque of those rows is zero.
+    /// Whether the torques of those rows are zero.
     pub foreign_are_zero: bool,
-    /// Smallest and largest position, as logged.
+    /// Smallest and largest position, as logged, rad (m).
     #[serde(skip)]
     pub(crate) logged: Option<(f64, f64)>,
 }
 
 impl Suspect {
-    /// Examines the samples of one coordinate, and takes back the jumps by a turn of its position. Returns how many these
-    /// are, too.
+    /// Examines the samples of one coordinate, and removes the jumps by a turn from its position. Also returns their number.
     pub(crate) fn of(
         coordinate: &str,
         t: &[f64],
@@ -63,8 +62,8 @@ impl Suspect {
         (suspect, wrapped)
     }
 
-    /// Without what is said of a torque, where there is none.
-    pub(crate) fn undriven(self, undriven: Option<Undriven>) -> Suspect {
+    /// Removes the findings on a torque, where there is none.
+    pub(crate) fn undriven(self, undriven: Option<NoTorqueReason>) -> Suspect {
         match undriven {
             None => self,
             Some(_) => Suspect { undriven, constant: None, saturated: None, raw_effort: None, ..self },
@@ -76,7 +75,7 @@ impl Suspect {
         self.logged.is_some_and(may_be_wrapped)
     }
 
-    /// Adds the findings of a later part of the same log.
+    /// Adds the findings of a later block of the same log.
     pub fn append(&mut self, next: &Suspect) {
         self.jumps += next.jumps;
         self.constant = self.constant.filter(|x| next.constant == Some(*x));
@@ -108,10 +107,10 @@ impl fmt::Display for Suspect {
             writeln!(f, "{name}: {jumps} {what} of the position: spikes, or poses without the way between")?;
         }
         match self.undriven {
-            Some(Undriven::Prescribed) => {
+            Some(NoTorqueReason::Prescribed) => {
                 writeln!(f, "{name}: something else moves it: its positions count, and it gives no rows of torque")?;
             }
-            Some(Undriven::Free) => writeln!(f, "{name}: nothing drives it: its torque is taken to be zero")?,
+            Some(NoTorqueReason::Free) => writeln!(f, "{name}: nothing drives it: its torque is taken to be zero")?,
             None => {}
         }
         if let Some(x) = self.constant {
@@ -129,36 +128,37 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A jump is this many times faster than all but the fastest hundredth of the steps.
+/// Least ratio of a jump's speed to the speed of all but the fastest hundredth of the steps.
 const JUMP_SPEED_RATIO: f64 = 20.0;
-/// A jump is also faster than this, rad/s.
+/// Least speed of a jump, rad/s.
 const SMALLEST_JUMP_SPEED_RAD_S: f64 = 1.0;
+/// Least number of steps for the detection of jumps; a hundredth of the steps may be jumps.
+const MIN_STEPS_FOR_JUMPS: usize = 100;
 
-/// The steps of a position that are jumps: a spike, or poses logged without the way between.
+/// The number of jumps in the steps of a position: a spike, or poses logged without the path between them.
 fn jumps(t: &[f64], q: &[f64]) -> usize {
     let rate = |i: usize| (q[i + 1] - q[i]).abs() / (t[i + 1] - t[i]);
     let mut rates: Vec<f64> = (0..t.len().saturating_sub(1)).map(rate).collect();
-    if rates.len() < 100 {
+    if rates.len() < MIN_STEPS_FOR_JUMPS {
         return 0;
     }
     let fastest = rates.iter().copied().fold(0.0, f64::max);
-    // Mostly more than a hundredth of the steps is nearly as fast as the fastest, and their order says no more.
+    // In most logs more than a hundredth of the steps is nearly as fast as the fastest; sorting is then not needed.
     if rates.iter().filter(|rate| **rate > fastest / JUMP_SPEED_RATIO).count() > rates.len() / 100 {
         return 0;
     }
-    // In a log of poses at rest nearly every moving step is a jump, so the fastest hundredth of the steps may all be
-    // jumps.
+    // In a log of poses at rest nearly every moving step is a jump, so all of the fastest hundredth of the steps may be jumps.
     let at = rates.len() - 1 - rates.len() / 100;
     let usual = *rates.select_nth_unstable_by(at, f64::total_cmp).1;
     let limit = (JUMP_SPEED_RATIO * usual).max(SMALLEST_JUMP_SPEED_RAD_S);
     rates.iter().filter(|rate| **rate > limit).count()
 }
 
-/// The share of the samples at which a torque stands at its largest or smallest value, where that is no accident.
+/// The share of the samples at which a torque is at its largest or smallest value, where that share is significant.
 fn saturated(effort: &[f64]) -> Option<f64> {
     let (low, high) = extremes(effort);
     let at = |value: f64| effort.iter().filter(|x| **x == value).count();
-    // A torque of few digits comes back to each of its values, and to those at its turning points more often.
+    // A quantised torque repeats each of its values, and the values at its turning points more often.
     let above = effort.iter().copied().filter(|x| *x > low).fold(f64::INFINITY, f64::min);
     let below = effort.iter().copied().filter(|x| *x < high).fold(f64::NEG_INFINITY, f64::max);
     let held = |bound: f64, next: f64| at(bound).saturating_sub(TURNING_POINT_RATIO * at(next));
@@ -166,11 +166,11 @@ fn saturated(effort: &[f64]) -> Option<f64> {
     (low < high && share > SATURATED_SAMPLES_SHARE).then_some(share)
 }
 
-/// Most samples of a turning point at its last value over those at the value before. A parabola that ends in the middle between
-/// two values has 1 / (sqrt 2 - 1) = 2.4 of them.
+/// Greatest ratio of the samples at the last value of a turning point to the samples at the value before. A parabola that ends
+/// halfway between two values has the ratio 1 / (sqrt 2 - 1) = 2.4.
 const TURNING_POINT_RATIO: usize = 3;
 
-/// A larger share of the samples at the limits is no accident.
+/// Share of the samples at the limits above which it is significant.
 const SATURATED_SAMPLES_SHARE: f64 = 0.01;
 
 #[cfg(test)]
@@ -191,10 +191,10 @@ mod tests {
         let torque: Vec<f64> = (0..1000).map(|i| (0.02 * f64::from(i)).sin()).collect();
         assert_eq!(saturated(&torque), None);
         let clipped: Vec<f64> = torque.iter().map(|x| x.clamp(-0.8, 0.8)).collect();
-        // 2/pi acos 0.8 of a sine is beyond 0.8.
+        // 2/pi acos 0.8 of the samples of a sine are beyond 0.8.
         assert!((saturated(&clipped).unwrap() - 0.41).abs() < 0.02);
         assert_eq!(saturated(&[0.0; 50]), None);
-        // Values of few digits come back, the last ones most often; clipped ones stay there all the same.
+        // Quantised values repeat, the extremes most often; clipped values are still found.
         for step in [0.3, 0.11, 0.05] {
             let coarse = |x: &f64| (x / step).round() * step;
             assert_eq!(saturated(&torque.iter().map(coarse).collect::<Vec<f64>>()), None, "{step}");

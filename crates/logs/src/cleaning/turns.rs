@@ -1,17 +1,23 @@
-//! Angles that are logged within one turn, and the jumps that this makes.
+//! Angles that are logged within one turn, and the resulting jumps.
 //!
-//! An encoder of one turn gives angles between -pi and pi, or between 0 and 2 pi, and jumps by a turn at the ends. A series
-//! that goes farther is no such angle. The motor behind a gear of 121 goes 40 rad a sample at 50 Hz, and some of its steps
-//! are near a turn by chance.
+//! An encoder of one turn gives angles between -pi and pi, or between 0 and 2 pi, and jumps by a turn at the ends. A series with
+//! a larger range is no such angle. A motor with a gear ratio of 121 moves by 40 rad a sample at 50 Hz, and some of its steps are
+//! near a turn by chance.
 
 use std::f64::consts::TAU;
 
-/// A series that goes farther than this was not logged within one turn; the excess is rounding, rad.
-const LARGEST_LOGGED_EXTENT: f64 = 1.001 * TAU;
+/// Largest range of a series that was logged within one turn, rad; the excess is rounding.
+const MAX_ONE_TURN_RANGE_RAD: f64 = 1.001 * TAU;
+/// Steps below this size are no jumps by a turn, rad.
+const SMALL_STEP_RAD: f64 = 3.0;
+/// Greatest number of turns of a jump.
+const MAX_JUMP_TURNS: f64 = 1.5;
+/// Greatest difference of a jump from a whole turn, rad: no joint turns more from one sample to the next.
+const MAX_STEP_BETWEEN_SAMPLES_RAD: f64 = 0.5;
 
-/// Smallest and largest number of a series; (inf, -inf) of none.
+/// Smallest and largest number of a series; (inf, -inf) of an empty one.
 pub fn extremes(x: &[f64]) -> (f64, f64) {
-    // Each comparison waits for the one before it, so several go abreast.
+    // In eight SIMD lanes, since in a single series each comparison waits for the one before.
     let (eights, rest) = x.as_chunks::<8>();
     let (mut low, mut high) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
     for eight in eights {
@@ -24,26 +30,25 @@ pub fn extremes(x: &[f64]) -> (f64, f64) {
 
 /// Whether a series with these extremes may have been logged within one turn.
 pub(crate) fn may_be_wrapped((low, high): (f64, f64)) -> bool {
-    high - low <= LARGEST_LOGGED_EXTENT
+    high - low <= MAX_ONE_TURN_RANGE_RAD
 }
 
-/// Takes back the jumps by a turn of an angle that was logged within one turn; returns how many. A series that goes
-/// farther stays as it is.
+/// Removes the jumps by a turn from an angle that was logged within one turn; returns their number. A series with a larger range
+/// is unchanged.
 pub fn unwrap_angle(q: &mut [f64]) -> usize {
     if may_be_wrapped(extremes(q)) { unwrap(q) } else { 0 }
 }
 
-/// Takes back the jumps by a turn, wherever the angle goes; returns how many.
+/// Removes the jumps by a turn, for any range of the angle; returns their number.
 ///
-/// A step within 0.5 rad of a whole turn counts as such a jump, because no joint turns so far from one sample to the
-/// next.
+/// A step within 0.5 rad of one whole turn counts as such a jump, because no joint turns so far from one sample to the next.
 pub(crate) fn unwrap(q: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for i in 1..q.len() {
         let step = q[i] + turns * TAU - q[i - 1];
         // Avoids the division for most steps, which are far from a turn.
-        let back = if step.abs() < 3.0 { 0.0 } else { (step / TAU).round() };
-        if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
+        let back = if step.abs() < SMALL_STEP_RAD { 0.0 } else { (step / TAU).round() };
+        if back != 0.0 && back.abs() < MAX_JUMP_TURNS && (step - back * TAU).abs() < MAX_STEP_BETWEEN_SAMPLES_RAD {
             turns -= back;
             count += 1;
         }
@@ -65,7 +70,7 @@ mod tests {
         let smooth: Vec<f64> = (0..2000).map(|i| 8.0 * (0.005 * f64::from(i)).sin()).collect();
         let mut logged = wrapped(&smooth);
         assert!(unwrap_angle(&mut logged) > 3);
-        // The same up to rounding of a few turns.
+        // Equal up to the rounding of a few turns.
         assert!(smooth.iter().zip(&logged).all(|(a, b)| (a - b).abs() < 1e-12));
         for mut alone in [smooth, vec![1.0], vec![]] {
             let before = alone.clone();
@@ -73,7 +78,7 @@ mod tests {
         }
     }
 
-    /// What goes farther than a turn was not logged within one, whatever its steps.
+    /// A range of more than a turn was not logged within one turn, whatever its steps.
     #[test]
     fn three_turns_stay_as_they_are() {
         let mut logged = vec![0.0, 2.0, 4.0, 6.0, 6.0 + TAU, 8.0 + TAU, 10.0 + TAU];
@@ -81,7 +86,7 @@ mod tests {
         assert_eq!((unwrap_angle(&mut logged), logged), (0, before));
     }
 
-    /// The motor behind a gear of 121 steps by a turn at some speed of its joint, and nothing jumps.
+    /// The motor of a gear with ratio 121 steps by a turn at some speed of its joint, and nothing is a jump.
     #[test]
     fn a_motor_behind_its_gear_does_not_jump() {
         let motor: Vec<f64> = (0..1000).map(|i| 121.0 * 1.1 * (0.05 * f64::from(i)).sin()).collect();
@@ -89,7 +94,7 @@ mod tests {
         assert!(near_a_turn > 20, "{near_a_turn}");
         let mut logged = motor.clone();
         assert_eq!((unwrap_angle(&mut logged), logged), (0, motor.clone()));
-        // Behind the gear it is an angle like any other.
+        // After the gear it is an angle like any other.
         let mut joint = wrapped(&motor.iter().map(|q| 3.0 + q / 121.0).collect::<Vec<f64>>());
         assert!(unwrap_angle(&mut joint) > 10);
         assert!(joint.iter().zip(&motor).all(|(q, m)| (q - joint[0] - (m - motor[0]) / 121.0).abs() < 1e-9));

@@ -1,14 +1,14 @@
-//! Finds the columns of a quantity, by what their headers can mean or by the names that the user gives.
+//! Finds the columns of a quantity, by the meanings of their headers or by names from the user.
 
 use Quantity::{Position, Time};
 use gate::suggestion::did_you_mean;
 
 use crate::Error;
-use crate::cleaning::undriven::Undriven;
+use crate::cleaning::undriven::NoTorqueReason;
 use crate::columns::clocks;
-use crate::columns::names::{ColumnNames, Names};
+use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::prefixes::prefixes;
-use crate::columns::source::{NO_COLUMN, Source};
+use crate::columns::source::{ColumnSource, NO_COLUMN};
 use crate::columns::units::{GivenUnit, given_unit};
 use crate::columns::words::{Designator, Quantity, Reading, readings, units};
 use crate::table::Table;
@@ -18,14 +18,14 @@ pub(crate) struct Finder<'a> {
     coordinates: &'a [String],
     readings: Vec<Reading>,
     names: &'a ColumnNames,
-    /// What was taken for granted.
+    /// Assumptions that were made.
     pub notes: Vec<String>,
 }
 
 impl<'a> Finder<'a> {
     /// Reads the headers of a table.
     ///
-    /// Fails where a header may be of two quantities, and where the joints stand there several times.
+    /// Fails where a header may denote two quantities, and where the joints are in the table several times.
     pub(crate) fn new(
         table: &'a Table,
         coordinates: &'a [String],
@@ -51,15 +51,15 @@ impl<'a> Finder<'a> {
         };
         let goals = match quantity {
             Position => "",
-            _ => "; of position servos without either, the positions that they are told: [options.columns.goal]",
+            _ => "; of position servos without either, the commanded positions: [options.columns.goal]",
         };
         self.error(format!(
             "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns], as `[:columns]` proposes them{goals}"
         ))
     }
 
-    /// The clock: one column, or that of the seconds where nanoseconds stand in another.
-    pub(crate) fn clock(&self) -> Result<Source, Error> {
+    /// The clock: one column, or the column of the seconds where the nanoseconds are in another.
+    pub(crate) fn clock(&self) -> Result<ColumnSource, Error> {
         let time = self.clock_if_any()?;
         match time.header == NO_COLUMN {
             true => {
@@ -71,27 +71,27 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The same, and no column where there is none.
-    pub(crate) fn clock_if_any(&self) -> Result<Source, Error> {
+    /// The clock, or [`NO_COLUMN`] where there is none.
+    pub(crate) fn clock_if_any(&self) -> Result<ColumnSource, Error> {
         if let Some(time) = self.group(Time, 1)?.and_then(|mut group| group.pop()) {
             return Ok(time);
         }
         match clocks::pairs(self.table).first() {
             Some((seconds, _)) => self.source(Time, *seconds, ("s", 1.0)),
-            None => Ok(Source { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }),
+            None => Ok(ColumnSource { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }),
         }
     }
 
-    /// The fractions of a second that stand in a column beside those of the seconds.
-    pub(crate) fn fraction_of(&self, time: &Source) -> Option<Source> {
+    /// The column of the fractions of a second that belongs to a column of seconds.
+    pub(crate) fn fraction_of(&self, time: &ColumnSource) -> Option<ColumnSource> {
         let pairs = clocks::pairs(self.table);
         let (_, (column, unit, factor)) = pairs.into_iter().find(|(seconds, _)| *seconds == time.column)?;
         let header = self.table.header[column].clone();
-        (time.unit == "s").then(|| Source { column, header, unit: unit.into(), factor, word: None })
+        (time.unit == "s").then(|| ColumnSource { column, header, unit: unit.into(), factor, word: None })
     }
 
-    /// The column that numbers the episodes, by the name given or as data sets call it.
-    pub(crate) fn episode(&self, given: Option<&str>) -> Result<Option<Source>, Error> {
+    /// The column of the episode number, by the given name or the name in common data sets.
+    pub(crate) fn episode(&self, given: Option<&str>) -> Result<Option<ColumnSource>, Error> {
         let header = &self.table.header;
         let column = match given {
             Some(name) => Some(header.iter().position(|h| h == name).ok_or_else(|| {
@@ -101,39 +101,39 @@ impl<'a> Finder<'a> {
             None => header.iter().position(|h| h == "episode_index").filter(|&c| self.table.texts[c].is_none()),
         };
         let unit = String::new();
-        Ok(column.map(|column| Source { column, header: header[column].clone(), unit, factor: 1.0, word: None }))
+        Ok(column.map(|column| ColumnSource { column, header: header[column].clone(), unit, factor: 1.0, word: None }))
     }
 
-    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
-    pub(crate) fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<Source>>, Error> {
+    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: there are none.
+    pub(crate) fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<ColumnSource>>, Error> {
         let all = self.group_of(quantity, &vec![true; n])?;
         Ok(all.map(|all| all.into_iter().flatten().collect()))
     }
 
-    /// The columns of torques or currents; none of a coordinate that has no torque.
+    /// The columns of torques or currents; `None` for a coordinate without a torque.
     pub(crate) fn efforts(
         &self,
         quantity: Quantity,
-        given: Option<&Names>,
-        undriven: &[Option<Undriven>],
-    ) -> Result<Option<Vec<Option<Source>>>, Error> {
+        given: Option<&NamePattern>,
+        undriven: &[Option<NoTorqueReason>],
+    ) -> Result<Option<Vec<Option<ColumnSource>>>, Error> {
         let needed: Vec<bool> = undriven.iter().map(Option::is_none).collect();
         let found = match given {
             Some(names) => Some(self.given_of(quantity, names, &needed)?),
             None => self.group_of(quantity, &needed)?,
         };
-        let without = |(source, needed): (Option<Source>, &bool)| source.filter(|_| *needed);
+        let without = |(source, needed): (Option<ColumnSource>, &bool)| source.filter(|_| *needed);
         Ok(found.map(|all| all.into_iter().zip(&needed).map(without).collect()))
     }
 
-    /// The same where only some are `needed`.
-    fn group_of(&self, quantity: Quantity, needed: &[bool]) -> Result<Option<Vec<Option<Source>>>, Error> {
+    /// The columns of a quantity by its stems, where only some are `needed`.
+    fn group_of(&self, quantity: Quantity, needed: &[bool]) -> Result<Option<Vec<Option<ColumnSource>>>, Error> {
         let n = needed.len();
         let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
         if group.is_empty() {
             return Ok(None);
         }
-        // Joints are counted from 0 where one of them has the number 0, else from 1.
+        // Joints are numbered from 0 where one of them has the number 0, else from 1.
         let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
         let mut places: Vec<Option<&Reading>> = vec![None; n];
         for reading in group {
@@ -142,7 +142,7 @@ impl<'a> Finder<'a> {
                 Designator::Coordinate(k) => k,
                 Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
             };
-            // A number beyond the joints is another device, such as a gripper: left out.
+            // A number beyond the joints is another device, such as a gripper: ignored.
             let Some(slot) = places.get_mut(place) else { continue };
             if let Some(other) = slot {
                 let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
@@ -165,7 +165,7 @@ impl<'a> Finder<'a> {
         places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
     }
 
-    /// What to do about joints without a quantity that others have: one line for all of them.
+    /// The message for joints without a quantity that others have: one line for all of them.
     fn of_some_joints(&self, quantity: Quantity, joints: &[usize]) -> String {
         let name = |k: &usize| self.coordinates.get(*k).map_or("", String::as_str);
         let names: Vec<&str> = joints.iter().map(name).collect();
@@ -192,24 +192,24 @@ impl<'a> Finder<'a> {
         )
     }
 
-    /// A column in the unit that the user names, or in that of its header.
-    fn source(&self, quantity: Quantity, column: usize, of_header: (&str, f64)) -> Result<Source, Error> {
+    /// A column in the unit from the user, or in the unit of its header.
+    fn source(&self, quantity: Quantity, column: usize, of_header: (&str, f64)) -> Result<ColumnSource, Error> {
         let header = self.table.header[column].clone();
         let given = self.names.units.of(quantity).map(|text| given_unit(quantity, text));
         let given = given.transpose().map_err(|what| Error::new(format!("[options.units]: {what}")))?;
         let (name, factor) = of_header;
         let GivenUnit { name: unit, factor, word } =
             given.unwrap_or(GivenUnit { name: name.to_string(), factor, word: None });
-        Ok(Source { column, header, unit, factor, word })
+        Ok(ColumnSource { column, header, unit, factor, word })
     }
 
-    /// Where no position is found, takes the names of the log for those of the coordinates with a prefix, or without
-    /// theirs.
+    /// Where no position is found, tries the names of the coordinates with a prefix of the table, or without their common prefix.
     fn look_behind_prefixes(&mut self) -> Result<(), Error> {
         let has_positions = |readings: &[Reading]| readings.iter().any(|r| r.quantity == Position);
         if self.names.position.is_some() || has_positions(&self.readings) || self.coordinates.is_empty() {
             return Ok(());
         }
+        // A prefix counts only if it gives the position of every coordinate.
         let found: Vec<(String, Vec<Reading>)> = prefixes(self.table, self.coordinates)
             .into_iter()
             .filter_map(|(said, coordinates)| {
@@ -220,6 +220,7 @@ impl<'a> Finder<'a> {
             })
             .collect();
         let mut found = found;
+        // Several matching prefixes are several robots: the user must choose.
         match found.len() {
             0 => Ok(()),
             1 => {
@@ -239,41 +240,46 @@ impl<'a> Finder<'a> {
         }
     }
 
-    pub(crate) fn given(&self, quantity: Quantity, names: &Names) -> Result<Vec<Source>, Error> {
+    pub(crate) fn given(&self, quantity: Quantity, names: &NamePattern) -> Result<Vec<ColumnSource>, Error> {
         let all = self.given_of(quantity, names, &vec![true; self.coordinates.len()])?;
         Ok(all.into_iter().flatten().collect())
     }
 
     /// The columns by the names that the user gives, where only some are `needed`.
-    fn given_of(&self, quantity: Quantity, names: &Names, needed: &[bool]) -> Result<Vec<Option<Source>>, Error> {
+    fn given_of(
+        &self,
+        quantity: Quantity,
+        names: &NamePattern,
+        needed: &[bool],
+    ) -> Result<Vec<Option<ColumnSource>>, Error> {
         let n = self.coordinates.len();
         let wanted = needed.iter().filter(|needed| **needed).count();
         let by_name = |pattern: &str, braces: &str| -> Vec<String> {
             self.coordinates.iter().map(|name| pattern.replace(braces, name)).collect()
         };
         let names: Vec<String> = match names {
-            Names::Pattern(p) if p.contains("{joint}") => by_name(p, "{joint}"),
-            Names::Pattern(p) if p.contains("{}") => {
+            NamePattern::Pattern(p) if p.contains("{joint}") => by_name(p, "{joint}"),
+            NamePattern::Pattern(p) if p.contains("{}") => {
                 let counted = |first: usize| (first..n + first).map(|i| p.replace("{}", &i.to_string())).collect();
-                let ways: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
+                let numberings: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
                 let is_there = |(name, needed): (&String, &bool)| !needed || self.column(name).is_some();
                 let are_there = |way: &&Vec<String>| way.iter().zip(needed).all(is_there);
-                // A file that has a number 0 counts from it, also where more numbers than joints are there.
+                // A file with a number 0 counts from it, also where it has more numbers than joints.
                 let order = if self.column(&p.replace("{}", "0")).is_some() { [1, 0, 2] } else { [0, 1, 2] };
-                order.iter().map(|k| &ways[*k]).find(are_there).unwrap_or(&ways[0]).clone()
+                order.iter().map(|k| &numberings[*k]).find(are_there).unwrap_or(&numberings[0]).clone()
             }
-            Names::Pattern(p) if n == 1 => vec![p.clone()],
-            Names::Pattern(p) => {
+            NamePattern::Pattern(p) if n == 1 => vec![p.clone()],
+            NamePattern::Pattern(p) => {
                 return Err(self.error(format!(
                     "`{p}` names one column for {n} joints; write `{{}}` for the number, or `{{joint}}` for the name"
                 )));
             }
-            Names::Each(names) if names.len() == n => names.clone(),
-            Names::Each(names) if names.len() == wanted => {
+            NamePattern::Each(names) if names.len() == n => names.clone(),
+            NamePattern::Each(names) if names.len() == wanted => {
                 let mut names = names.iter();
                 needed.iter().map(|needed| names.by_ref().take(usize::from(*needed)).cloned().collect()).collect()
             }
-            Names::Each(names) => {
+            NamePattern::Each(names) => {
                 return Err(
                     self.error(format!("{} names of {quantity:?} columns are given for {wanted} joints", names.len()))
                 );
@@ -283,7 +289,7 @@ impl<'a> Finder<'a> {
         names.iter().zip(needed).map(source).collect()
     }
 
-    /// The column of a header; a unit in brackets behind it need not be named.
+    /// The column of a header; a trailing unit in brackets may be omitted.
     fn column(&self, name: &str) -> Option<usize> {
         let bracketed = |header: &str| {
             let rest = header.strip_prefix(name)?.trim_start_matches(['_', ' ']);
@@ -293,11 +299,11 @@ impl<'a> Finder<'a> {
         header.iter().position(|h| h == name).or_else(|| header.iter().position(|h| bracketed(h).is_some()))
     }
 
-    /// The column of a name; a `-` before it changes the sign of its numbers.
-    pub(crate) fn named(&self, quantity: Quantity, name: &str) -> Result<Source, Error> {
+    /// The column of a name; a leading `-` changes the sign of its numbers.
+    pub(crate) fn named(&self, quantity: Quantity, name: &str) -> Result<ColumnSource, Error> {
         if let Some(name) = name.strip_prefix('-').filter(|_| self.column(name).is_none()) {
             let source = self.named(quantity, name)?;
-            return Ok(Source { factor: -source.factor, ..source });
+            return Ok(ColumnSource { factor: -source.factor, ..source });
         }
         let column = self.column(name).ok_or_else(|| {
             let meant = did_you_mean(name, self.table.header.iter().map(String::as_str));
@@ -315,6 +321,9 @@ impl<'a> Finder<'a> {
     }
 }
 
+/// Greatest number of characters of a list in a message.
+const MAX_LISTED_CHARACTERS: usize = 300;
 fn clipped(text: &str) -> String {
-    if text.chars().count() <= 300 { text.into() } else { text.chars().take(300).chain(" ..".chars()).collect() }
+    let has_room = text.chars().count() <= MAX_LISTED_CHARACTERS;
+    if has_room { text.into() } else { text.chars().take(MAX_LISTED_CHARACTERS).chain(" ..".chars()).collect() }
 }

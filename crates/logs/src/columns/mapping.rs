@@ -1,7 +1,7 @@
-//! Which column of a table is which quantity of which joint, and in which unit.
+//! The mapping from the columns of a table to quantities, joints and units.
 //!
-//! Columns are found by what their headers can mean (`header`), or the user names them. Two columns for one quantity of
-//! one joint are refused: none is chosen. The mapping is a value that can be printed.
+//! Columns are found by the meanings of their headers (`header`), or the user names them. Two columns for one quantity of one
+//! joint are refused: none is chosen. The mapping is a value that can be printed.
 
 use std::fmt;
 
@@ -9,55 +9,55 @@ use Quantity::*;
 
 use crate::Error;
 use crate::cleaning::account::ReadColumns;
-use crate::cleaning::undriven::Undriven;
+use crate::cleaning::undriven::NoTorqueReason;
 use crate::columns::finder::Finder;
-use crate::columns::names::{ColumnNames, Names};
-use crate::columns::source::{NO_COLUMN, Source};
+use crate::columns::names::{ColumnNames, NamePattern};
+use crate::columns::source::{ColumnSource, NO_COLUMN};
 use crate::columns::words::{Quantity, of_sliding, written};
 use crate::table::Table;
 
-/// What a table must have beside positions.
+/// The columns that a table must have in addition to positions.
 #[derive(Clone, Copy)]
 struct Needed {
     time: bool,
     efforts: bool,
 }
 
-/// The mapping from a table to the quantities of a robot; printing it shows every choice made.
+/// The mapping from a table to the quantities of a robot; printing it lists every choice made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     /// Names, in the order of the series.
     pub coordinates: Vec<String>,
-    /// Where the clock stands.
-    pub time: Source,
-    /// What is added to it: the nanoseconds of a clock of two columns.
-    pub time_fraction: Option<Source>,
-    /// The number of the episode, where a file holds several.
-    pub episode: Option<Source>,
-    /// One per coordinate.
-    pub position: Vec<Source>,
-    /// One per coordinate, where the file has them.
-    pub velocity: Option<Vec<Source>>,
-    /// One per coordinate, where the file has them.
-    pub acceleration: Option<Vec<Source>>,
-    /// Torque, or current when there is no torque, or the goal of a position servo. Of a coordinate without one it is zero
+    /// The column of the clock.
+    pub time: ColumnSource,
+    /// The column that is added to it: the nanoseconds of a clock of two columns.
+    pub time_fraction: Option<ColumnSource>,
+    /// The column of the episode number, where a file has several episodes.
+    pub episode: Option<ColumnSource>,
+    /// Positions, one column per coordinate.
+    pub position: Vec<ColumnSource>,
+    /// Velocities, one column per coordinate, where the file has them.
+    pub velocity: Option<Vec<ColumnSource>>,
+    /// Accelerations, one column per coordinate, where the file has them.
+    pub acceleration: Option<Vec<ColumnSource>>,
+    /// Torques, or currents where there are no torques, or the goals of position servos. For a coordinate without one it is zero
     /// times its position.
-    pub effort: Vec<Source>,
-    /// One per coordinate: why there is no torque.
-    pub undriven: Vec<Option<Undriven>>,
+    pub effort: Vec<ColumnSource>,
+    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has one.
+    pub undriven: Vec<Option<NoTorqueReason>>,
     /// Torque, current or goal.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,
-    /// What the reader of the file had to say (`Table::notes`).
+    /// Remarks of the reader of the file (`Table::notes`).
     pub notes: Vec<String>,
 }
 
 impl Columns {
-    /// Reads the columns of the coordinates that slide (`slides`, by place) as lengths and forces, in m and N where the
-    /// headers name no unit.
+    /// Interprets the columns of the sliding coordinates (`slides`, by index) as lengths and forces, in m and N where the headers
+    /// name no unit.
     ///
-    /// Fails where a header says deg, rpm or N m with a factor, because that is no unit of a length or force.
+    /// Fails where a header names deg, rpm or N m with a factor, because these are no units of a length or force.
     pub fn with_sliding(mut self, slides: &[bool]) -> Result<Columns, Error> {
         let groups =
             [Some(&mut self.position), self.velocity.as_mut(), self.acceleration.as_mut(), Some(&mut self.effort)];
@@ -79,26 +79,26 @@ impl Columns {
 
     /// Finds the columns of a robot's coordinates in a table.
     ///
-    /// Fails when time, a position or an effort is missing, or when two columns claim one place.
+    /// Fails when time, a position or an effort is missing, or when two columns are found for one quantity.
     pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         Columns::found(table, coordinates, names, Needed { time: true, efforts: true })
     }
 
-    /// The same of postures, which need no clock.
+    /// Finds the columns of postures, which need no clock.
     ///
-    /// Fails when a position or an effort is missing, or when two columns claim one place.
+    /// Fails when a position or an effort is missing, or when two columns are found for one quantity.
     pub(crate) fn of_postures(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         Columns::found(table, coordinates, names, Needed { time: false, efforts: true })
     }
 
-    /// Where the clock stands; `None` where there is none.
-    pub(crate) fn clock(&self) -> Option<&Source> {
+    /// The column of the clock; `None` where there is none.
+    pub(crate) fn clock(&self) -> Option<&ColumnSource> {
         (self.time.header != NO_COLUMN).then_some(&self.time)
     }
 
-    /// The same of a motion that somebody plans: it needs no efforts, and has none where they are missing.
+    /// Finds the columns of a planned motion: efforts are optional.
     ///
-    /// Fails when time or a position is missing, or when two columns claim one place.
+    /// Fails when time or a position is missing, or when two columns are found for one quantity.
     pub fn of_motion(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         Columns::found(table, coordinates, names, Needed { time: true, efforts: false })
     }
@@ -119,14 +119,15 @@ impl Columns {
         {
             (time.unit, time.factor) = (unit.to_string(), factor);
         }
-        let quantity = |quantity: Quantity, given: &Option<Names>| match given {
+        let quantity = |quantity: Quantity, given: &Option<NamePattern>| match given {
             Some(given) => finder.given(quantity, given).map(Some),
             None => finder.group(quantity, coordinates.len()),
         };
         let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
-        let effort = |quantity: Quantity, given: &Option<Names>| finder.efforts(quantity, given.as_ref(), &undriven);
+        let effort =
+            |quantity: Quantity, given: &Option<NamePattern>| finder.efforts(quantity, given.as_ref(), &undriven);
         refuse_two_efforts(names)?;
         // A user who names the current wants the current, even where there are torques too.
         let torque = match names.current.is_some() || names.goal.is_some() {
@@ -140,8 +141,12 @@ impl Columns {
             None if undriven.iter().all(Option::is_some) => (vec![None; coordinates.len()], Torque),
             None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
         };
-        let none =
-            |position: &Source| Source { header: NO_COLUMN.into(), unit: "nm".into(), factor: 0.0, ..position.clone() };
+        let none = |position: &ColumnSource| ColumnSource {
+            header: NO_COLUMN.into(),
+            unit: "nm".into(),
+            factor: 0.0,
+            ..position.clone()
+        };
         let effort =
             efforts.into_iter().zip(&position).map(|(source, position)| source.unwrap_or_else(|| none(position)));
         let effort = effort.collect();
@@ -165,10 +170,10 @@ impl Columns {
         Ok(columns)
     }
 
-    /// The names that choose these columns.
+    /// The names that select these columns.
     pub(crate) fn read(&self) -> ReadColumns {
-        let each = |all: &[Source]| -> Vec<String> {
-            all.iter().filter(|source| source.header != NO_COLUMN).map(Source::name).collect()
+        let each = |all: &[ColumnSource]| -> Vec<String> {
+            all.iter().filter(|source| source.header != NO_COLUMN).map(ColumnSource::name).collect()
         };
         ReadColumns {
             position: each(&self.position),
@@ -178,13 +183,13 @@ impl Columns {
         }
     }
 
-    /// Where the columns in use stand in the table.
+    /// Indices of the used columns in the table.
     pub(crate) fn places(&self) -> Vec<usize> {
         self.sources().chain(&self.time_fraction).chain(&self.episode).map(|source| source.column).collect()
     }
 
     /// The columns of all series, time first.
-    pub fn sources(&self) -> impl Iterator<Item = &Source> {
+    pub fn sources(&self) -> impl Iterator<Item = &ColumnSource> {
         let optional = self.velocity.iter().chain(&self.acceleration).flatten();
         std::iter::once(&self.time).chain(&self.position).chain(optional).chain(&self.effort)
     }
@@ -192,6 +197,7 @@ impl Columns {
 
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Every choice is one line, so that a wrong column is noticed.
         match &self.time_fraction {
             _ if self.clock().is_none() => writeln!(f, "time: not in the file, each row is a posture")?,
             Some(fraction) => writeln!(f, "time: {} and {fraction}", self.time)?,
@@ -211,6 +217,7 @@ impl fmt::Display for Columns {
             ("acceleration", self.acceleration.as_ref()),
             (effort, Some(&self.effort)),
         ];
+        // A coordinate without a column is listed below.
         for (name, sources) in rows {
             let Some(sources) = sources else {
                 writeln!(f, "{name}: not in the file")?;
@@ -221,9 +228,10 @@ impl fmt::Display for Columns {
             let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {s}")).collect();
             writeln!(f, "{name}: {}", pairs.join(", "))?;
         }
+        // Coordinates without a torque, by the reason.
         for (why, what) in [
-            (Undriven::Prescribed, "prescribed: their positions count, and give no rows of torque"),
-            (Undriven::Free, "free: their torque is zero"),
+            (NoTorqueReason::Prescribed, "prescribed: their positions count, and give no rows of torque"),
+            (NoTorqueReason::Free, "free: their torque is zero"),
         ] {
             let of = self.coordinates.iter().zip(&self.undriven).filter(|(_, undriven)| **undriven == Some(why));
             let of: Vec<&str> = of.map(|(name, _)| name.as_str()).collect();
@@ -241,19 +249,19 @@ impl fmt::Display for Columns {
     }
 }
 
-/// Refuses goals beside torques or currents: the torque of a joint is one of them.
+/// Refuses goals together with torques or currents: the effort of a joint is one of them.
 fn refuse_two_efforts(names: &ColumnNames) -> Result<(), Error> {
     let other = [("torque", &names.torque), ("current", &names.current)].into_iter().find(|(_, given)| given.is_some());
     match other.filter(|_| names.goal.is_some()) {
         Some((other, _)) => Err(Error::new(format!(
-            "[options.columns.goal] stands beside [options.columns.{other}]: the error of a goal is what a servo has instead \
+            "[options.columns.goal] stands together with [options.columns.{other}]: the error of a goal is what a servo has instead \
              of a torque; take the goal away where the {other} is measured, or the {other} where it is not believed"
         ))),
         None => Ok(()),
     }
 }
 
-/// The unit of a clock that counts from 1970, found by the assumption that no log is from before 1990 or after 2100.
+/// The unit of a clock that counts from 1970, on the assumption that no log is from before 1990 or after 2100.
 fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
     const SECONDS_SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
     let first = clock.iter().find(|t| t.is_finite())?;
@@ -297,7 +305,7 @@ mod tests {
         assert_eq!((columns.position[0].unit.as_str(), columns.effort[0].factor), ("deg", 1e-3));
     }
 
-    /// `rostopic echo -p` writes the joints in the order of the message and says which they are.
+    /// `rostopic echo -p` writes the joints in the order of the message and has columns of their names.
     #[test]
     fn joint_names_in_columns_of_their_own() {
         let mut table = Table {
@@ -328,7 +336,7 @@ mod tests {
 
     #[test]
     fn names_given_by_the_user() {
-        let position = Some(Names::Pattern("q_motor_deg{}".into()));
+        let position = Some(NamePattern::Pattern("q_motor_deg{}".into()));
         let names = ColumnNames { position, ..ColumnNames::default() };
         let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
         assert_eq!((columns.position[0].column, columns.position[0].unit.as_str()), (2, "deg"));
@@ -336,12 +344,12 @@ mod tests {
 
     #[test]
     fn a_minus_before_a_name_changes_the_sign() {
-        let given = |names: [&str; 2]| Some(Names::Each(names.map(str::to_string).to_vec()));
+        let given = |names: [&str; 2]| Some(NamePattern::Each(names.map(str::to_string).to_vec()));
         let names = ColumnNames { torque: given(["t1", "-t2_mNm"]), ..ColumnNames::default() };
         let columns = find("t,q1,q2,t1,t2_mNm", &["a", "b"], &names).unwrap();
         assert_eq!((columns.effort[0].si(3.0), columns.effort[1].si(3.0)), (3.0, -3e-3));
         assert!(columns.to_string().contains("b <- -t2_mNm [mN m]"), "{columns}");
-        let read = ColumnNames { torque: Some(Names::Each(columns.read().effort)), ..ColumnNames::default() };
+        let read = ColumnNames { torque: Some(NamePattern::Each(columns.read().effort)), ..ColumnNames::default() };
         let again = find("t,q1,q2,t1,t2_mNm", &["a", "b"], &read).unwrap();
         assert_eq!(again.effort, columns.effort);
         let names = ColumnNames { torque: given(["t1", "-t2"]), ..ColumnNames::default() };
@@ -377,7 +385,7 @@ mod tests {
     #[test]
     fn patterns_find_numbers_and_names() {
         let given = |position: &str, header: &str| {
-            let names = ColumnNames { position: Some(Names::Pattern(position.into())), ..ColumnNames::default() };
+            let names = ColumnNames { position: Some(NamePattern::Pattern(position.into())), ..ColumnNames::default() };
             find(header, &["shoulder", "elbow"], &names)
         };
         for (pattern, header) in [
@@ -407,13 +415,13 @@ mod tests {
                 assert!(columns.to_string().contains(said) && columns.to_string().contains("torque: b <- tau2"));
             }
         }
-        let torque = Some(Names::Each(vec!["x".into()]));
+        let torque = Some(NamePattern::Each(vec!["x".into()]));
         let given = ColumnNames { torque, ..names(&["a"], &[]) };
         assert_eq!(find("t,q1,q2,x", &["a", "b"], &given).unwrap().effort[1].column, 3);
         for (given, wanted) in [
             (names(&["c"], &[]), "`c` is no coordinate"),
             (names(&["a"], &["a"]), "free and prescribed"),
-            (names(&["a", "b"], &[]), "nothing is told"),
+            (names(&["a", "b"], &[]), "nothing is identifiable"),
         ] {
             let message = find("t,q1,q2,tau1,tau2", &["a", "b"], &given).unwrap_err().to_string();
             assert!(message.contains(wanted), "{message}");
@@ -437,7 +445,7 @@ mod tests {
         assert!(shown.contains("a <- q1 [ticks(4096)]") && shown.contains("tau1 [int16 counts(0.01)]"), "{shown}");
         let refused = with(units("degg", "N m")).unwrap_err().to_string();
         assert!(refused.contains("[options.units]: `degg` is no unit of a position"), "{refused}");
-        // A joint that slides keeps what the user scales.
+        // A sliding joint keeps the scale from the user.
         let slides = |unit: &str| with(units(unit, "counts(2)")).unwrap().with_sliding(&[true]);
         assert!(slides("counts(0.001)").is_ok() && slides("mm").is_ok() && slides("deg").is_err());
     }
@@ -459,7 +467,7 @@ mod tests {
         let two = "t,q_left_j1,q_left_j2,q_right_j1,q_right_j2,tau_left_j1,tau_left_j2,tau_right_j1,tau_right_j2";
         let message = find(two, &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("several times") && message.contains("`right_`"), "{message}");
-        // One joint that fits is none of the robot.
+        // One matching joint is not sufficient for a prefix of the robot.
         let message = find("t,q_left_j1,tau_left_j1", &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("no columns hold the joint positions"), "{message}");
     }

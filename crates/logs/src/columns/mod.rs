@@ -1,4 +1,4 @@
-//! Which column is which signal.
+//! The assignment of columns to signals.
 
 pub(crate) mod clocks;
 pub(crate) mod finder;

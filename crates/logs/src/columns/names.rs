@@ -1,52 +1,52 @@
-//! Names of columns that a user gives.
+//! Names of columns from the user.
 
 use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};
 
-use crate::cleaning::undriven::Undriven;
+use crate::cleaning::undriven::NoTorqueReason;
 use crate::columns::units::UnitNames;
 
-/// Names given by the user, for the quantities whose columns cannot be found by their names.
+/// Names from the user, for the quantities whose columns cannot be found by their headers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnNames {
     /// Header of the time.
     pub time: Option<String>,
-    /// Header of the column that numbers the episodes.
+    /// Header of the column with the episode number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub episode: Option<String>,
     /// Headers of the positions.
-    pub position: Option<Names>,
+    pub position: Option<NamePattern>,
     /// Headers of the velocities.
-    pub velocity: Option<Names>,
+    pub velocity: Option<NamePattern>,
     /// Headers of the accelerations.
-    pub acceleration: Option<Names>,
+    pub acceleration: Option<NamePattern>,
     /// Headers of the torques.
-    pub torque: Option<Names>,
+    pub torque: Option<NamePattern>,
     /// Headers of the currents.
-    pub current: Option<Names>,
-    /// Headers of the positions that servos are told: their errors stand for torques.
+    pub current: Option<NamePattern>,
+    /// Headers of the commanded positions of servos: their errors replace torques.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub goal: Option<Names>,
-    /// Coordinates that something else moves: their positions count, and no torque of theirs is expected.
+    pub goal: Option<NamePattern>,
+    /// Coordinates that are moved from outside: their positions count, and no torque is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prescribed: Vec<String>,
-    /// Coordinates that nothing drives: their torque is zero, and no column of it is expected.
+    /// Coordinates without a drive: their torque is zero, and no column of it is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub free: Vec<String>,
-    /// Units, where the headers do not name them or name others.
+    /// Units, where the headers name none or wrong ones.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
 }
 
 impl ColumnNames {
-    /// Why there is no torque of each of some coordinates; `None`: there is one.
+    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has one.
     ///
-    /// Fails on a name that is none of them, or stands there twice.
-    pub(crate) fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<Undriven>>, String> {
+    /// Fails on a name that is no coordinate, or occurs twice.
+    pub(crate) fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {
         let mut found = vec![None; coordinates.len()];
         for (key, names, why) in
-            [("prescribed", &self.prescribed, Undriven::Prescribed), ("free", &self.free, Undriven::Free)]
+            [("prescribed", &self.prescribed, NoTorqueReason::Prescribed), ("free", &self.free, NoTorqueReason::Free)]
         {
             for name in names {
                 let place = coordinates.iter().position(|c| c == name).ok_or_else(|| {
@@ -61,21 +61,23 @@ impl ColumnNames {
                 }
             }
         }
-        if !found.is_empty() && found.iter().all(|why| *why == Some(Undriven::Prescribed)) {
-            return Err("[options.columns.prescribed]: where no coordinate has a torque, nothing is told".into());
+        if !found.is_empty() && found.iter().all(|why| *why == Some(NoTorqueReason::Prescribed)) {
+            return Err(
+                "[options.columns.prescribed]: where no coordinate has a torque, nothing is identifiable".into()
+            );
         }
         Ok(found)
     }
 }
 
-/// `taum_abs{}`, the braces standing for 1, 2, .., for 0, 1, .., or for the names of the joints, whichever the file has;
-/// `{joint}` stands for the names alone. Or one name per joint. A unit at the end of the name (`_deg`, `_mA`, also before
-/// the number) counts.
+/// `taum_abs{}`, with braces for 1, 2, .., for 0, 1, .., or for the names of the joints, whichever the file has; `{joint}` stands
+/// for the names alone. Or one name per joint. A unit at the end of the name (`_deg`, `_mA`, also before the number) is
+/// recognised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Names {
+pub enum NamePattern {
     /// `q_{}`: braces stand for the number of the coordinate, or its name.
     Pattern(String),
-    /// One per coordinate.
+    /// One name per coordinate.
     Each(Vec<String>),
 }

@@ -1,16 +1,16 @@
-//! Names of joints that differ from those of the description by a prefix.
+//! Names of joints that differ from the names of the description by a prefix.
 
 use crate::table::Table;
 
-/// Names that the coordinates may have in a table, each with the sentence that says so: with a prefix that stands there,
-/// or without one that all of them share.
+/// Names that the coordinates may have in a table, each with a sentence on it: with a prefix found in the table, or without a
+/// prefix that all of them share.
 pub(crate) fn prefixes(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<String>)> {
-    /// A table has few of them; more are no names of one robot.
-    const MOST: usize = 40;
+    /// A table of one robot has fewer prefixes.
+    const MAX_PREFIXES: usize = 40;
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
     let first = coordinates[0].to_lowercase();
     let is_end = |c: char| !c.is_alphanumeric();
-    // What stands before the name of the first joint, back to each separator.
+    // The texts before the name of the first joint, back to each separator.
     let mut prefixes: Vec<String> = Vec::new();
     for header in &table.header {
         let lower = header.to_lowercase();
@@ -22,7 +22,7 @@ pub(crate) fn prefixes(table: &Table, coordinates: &[String]) -> Vec<(String, Ve
             let starts = before.char_indices().filter(|(_, c)| is_end(*c)).map(|(i, c)| i + c.len_utf8());
             for start in std::iter::once(0).chain(starts).filter(|start| *start < at) {
                 let prefix = before[start..].to_string();
-                if prefixes.len() < MOST && !prefixes.contains(&prefix) {
+                if prefixes.len() < MAX_PREFIXES && !prefixes.contains(&prefix) {
                     prefixes.push(prefix);
                 }
             }

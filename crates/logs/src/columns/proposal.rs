@@ -1,9 +1,8 @@
 //! A proposal of names and units for the columns of a table, each with its reason.
 //!
-//! What headers say is taken first ([`Columns::find`]). Where that is not enough, headers that differ by a number or by the
-//! name of a joint make a pattern, words in it tell the quantity, and the numbers tell the unit: an angle beyond three
-//! turns is in degrees or ticks, a velocity is held against the slope of the position, a clock against the rates that logs
-//! have.
+//! The meanings of headers come first ([`Columns::find`]). Where they are not sufficient, headers that differ by a number or by
+//! the name of a joint make a pattern, words in it give the quantity, and the values give the unit: an angle beyond three turns
+//! is in degrees or ticks, a velocity is compared with the derivative of the position, a clock with the usual rates of logs.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,7 +11,7 @@ use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::extremes;
 use crate::columns::clocks;
 use crate::columns::mapping::Columns;
-use crate::columns::names::{ColumnNames, Names};
+use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::units::given_unit;
 use crate::columns::words::Quantity;
 use crate::table::Table;
@@ -20,43 +19,55 @@ use crate::table::Table;
 /// A line of the proposal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposed {
-    /// `time`, `position`, ..
+    /// The key: `time`, `position`, ..
     pub key: &'static str,
-    /// What stands behind it.
+    /// The value of the key.
     pub value: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 /// Lines for the file of options.
 #[derive(Clone, Debug, Default)]
 pub struct Proposal {
-    /// Which column is which.
+    /// Names of the columns.
     pub columns: Vec<Proposed>,
     /// Units that headers do not name.
     pub units: Vec<Proposed>,
-    /// What could not be told.
+    /// Quantities that could not be determined, in sentences.
     pub missing: Vec<String>,
-    /// The mapping that it gives; `None` where something is missing.
+    /// The resulting mapping; `None` where something is missing.
     pub mapping: Option<Columns>,
 }
 
-/// Words of measured quantities in headers of many tongues, the likelier first.
+/// Words of measured quantities in headers in several languages, the most likely first.
 const WORDS: [(Quantity, &[&str]); 4] = [
     (Quantity::Position, &["position", "pos", "angle", "winkel", "state", "ist", "actual", "theta", "q", "axisact"]),
     (Quantity::Velocity, &["velocity", "vel", "speed", "geschwindigkeit", "omega", "dq", "qd"]),
     (Quantity::Torque, &["torque", "effort", "moment", "drehmoment", "tau", "trq", "load", "force", "kraft"]),
     (Quantity::Current, &["current", "strom", "amp", "curr"]),
 ];
-/// Words, a blank between them, of what is not measured, or is another quantity.
+/// Words, separated by blanks, of signals that are not measured, or of other quantities.
 const OTHERS: &str = "command commanded cmd target desired des ref reference soll setpoint goal external ext error \
     temp temperature acc voltage stiffness model";
-/// Words of what a position servo is told.
+/// Words of the goals of a position servo.
 const GOALS: &str = "goal action target command commanded cmd setpoint desired des ref reference soll leader";
 /// Words of clocks.
 const CLOCKS: &str = "time zeit stamp timestamp clock temps tiempo sec";
+/// Periods of logs, s: 20 Hz to 4 kHz.
+const LOG_PERIODS_S: std::ops::Range<f64> = 2.5e-4..0.0501;
+/// Steps forward of a clock for each step back, at least: few episodes restart it.
+const STEPS_PER_RESTART: usize = 100;
+/// Least range of whole numbers that are ticks of an encoder.
+const MIN_TICKS: f64 = 100.0;
+/// Range of a position in degrees, at most.
+const MAX_RANGE_DEG: f64 = 800.0;
+/// Greatest relative error of the ratio of a velocity to the derivative of the position.
+const RATIO_TOLERANCE: f64 = 0.1;
+/// Least squared correlation of a velocity with the derivative of its position.
+const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
-/// Looks at a table for the coordinates of a robot.
+/// A proposal for the columns of a robot's coordinates in a table.
 pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     let found = Columns::find(table, coordinates, &ColumnNames::default());
     if let Ok(mapping) = found {
@@ -67,7 +78,7 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     let clock = clock(table, &mut proposal, &mut names);
     let patterns = patterns(table, coordinates);
     for (quantity, words) in WORDS {
-        // A log has torques or currents.
+        // A log has torques or currents, not both.
         if quantity == Quantity::Current && names.torque.is_some() {
             continue;
         }
@@ -105,7 +116,7 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
 }
 
 impl fmt::Display for Proposal {
-    /// The lines to paste, with their reasons behind them.
+    /// The lines to paste, each followed by its reason.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (title, lines) in [("columns", &self.columns), ("units", &self.units)] {
             if lines.is_empty() {
@@ -122,22 +133,23 @@ impl fmt::Display for Proposal {
     }
 }
 
-/// The names of the columns of a pattern, and how they are written: one by one where headers write joints in other letters.
-fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]) -> (Names, String) {
+/// The names of the columns of a pattern, and their text in the options: one by one where the letters of the joints differ in
+/// case.
+fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]) -> (NamePattern, String) {
     let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
     let is_as_written = |(header, name): (&String, &String)| {
         !pattern.contains("{joint}") || *header == pattern.replace("{joint}", name)
     };
     match headers.iter().zip(coordinates).all(is_as_written) {
-        true => (Names::Pattern(pattern.into()), quoted(pattern)),
+        true => (NamePattern::Pattern(pattern.into()), quoted(pattern)),
         false => {
             let each: Vec<String> = headers.iter().map(|header| quoted(header)).collect();
-            (Names::Each(headers), format!("[{}]", each.join(", ")))
+            (NamePattern::Each(headers), format!("[{}]", each.join(", ")))
         }
     }
 }
 
-/// The goals of position servos, where there is nothing else that tells torques.
+/// Proposes the goals of position servos, where there are neither torques nor currents.
 fn goals(
     (table, coordinates): (&Table, &[String]),
     patterns: &[(String, Vec<usize>)],
@@ -159,12 +171,12 @@ fn goals(
         key: "goal",
         value,
         reason: format!(
-            "{first} .. {last}: one per joint, named like what a servo is told; there is no torque and no current, and its \
+            "{first} .. {last}: one per joint, named like commands of a servo; there is no torque and no current, and its \
              error is a torque up to the gain of the servo"
         ),
     });
     names.goal = Some(given);
-    // Goals are in the unit of the positions, unless the numbers are others.
+    // Goals are in the unit of the positions, unless their values differ.
     let of_positions = names.units.position.clone().unwrap_or_else(|| "rad".into());
     let of_goals = unit(table, columns, Quantity::Position, None, names).map_or_else(|| "rad".into(), |unit| unit.0);
     if of_goals != of_positions {
@@ -190,7 +202,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-fn names_of(names: &mut ColumnNames, quantity: Quantity) -> &mut Option<Names> {
+fn names_of(names: &mut ColumnNames, quantity: Quantity) -> &mut Option<NamePattern> {
     match quantity {
         Quantity::Velocity => &mut names.velocity,
         Quantity::Acceleration => &mut names.acceleration,
@@ -214,13 +226,13 @@ fn set_unit(names: &mut ColumnNames, quantity: Quantity, unit: String) {
     *place = Some(unit);
 }
 
-/// The words of a header in lower case.
+/// The words of a header, in lower case.
 fn words(header: &str) -> Vec<String> {
     let lower = header.to_lowercase();
     lower.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty()).map(str::to_string).collect()
 }
 
-/// How well a pattern fits some words, the best first; `None`: not at all.
+/// A score of a pattern for some words, the least is the best; `None`: no match.
 fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
     let own = words(&pattern.replace("{joint}", " "));
     if own.iter().any(|word| OTHERS.split_whitespace().any(|other| other == word)) {
@@ -230,7 +242,7 @@ fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
     Some((rank, pattern.len()))
 }
 
-/// Patterns of headers that are there once for each joint, with their columns in the order of the joints.
+/// Patterns of headers that occur once for each joint, with their columns in the order of the joints.
 fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> {
     let mut numbered: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
     let mut named: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
@@ -240,7 +252,7 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
             numbered.entry(pattern).or_default().insert(number, column);
         }
         for (k, name) in coordinates.iter().enumerate() {
-            // Joints are often written with a capital; letters beyond ASCII keep their case, and so every byte its place.
+            // Joints are often written with a capital; letters beyond ASCII keep their case, so byte positions are unchanged.
             let at = header.to_ascii_lowercase().find(&name.to_ascii_lowercase());
             if let Some(start) = at {
                 let pattern = format!("{}{{joint}}{}", &header[..start], &header[start + name.len()..]);
@@ -255,14 +267,14 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
     };
     let mut found: Vec<(String, Vec<usize>)> = named.into_iter().filter_map(|entry| whole(entry, 0)).collect();
     for entry in numbered {
-        // A file that has a number 0 counts from it.
+        // A file with a number 0 counts from it.
         let first = usize::from(!entry.1.contains_key(&0));
         found.extend(whole(entry, first));
     }
     found
 }
 
-/// The numbers in a header: from where to where, and which.
+/// The numbers in a header: start, end and value.
 fn digits(header: &str) -> Vec<(usize, usize, usize)> {
     let bytes = header.as_bytes();
     let mut found = Vec::new();
@@ -279,23 +291,23 @@ fn digits(header: &str) -> Vec<(usize, usize, usize)> {
 
 /// The clock: its column and its factor to s.
 fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Option<(usize, f64)> {
-    // The clock of an episode begins anew; those are few.
+    // A clock restarts with each episode; there are few episodes.
     let rises = |column: &&usize| {
         let x = &table.columns[**column];
         let (up, back) =
             x.windows(2).fold((0, 0), |(up, back), w| (up + usize::from(w[1] > w[0]), back + usize::from(w[1] < w[0])));
-        up > 0 && back * 100 <= up
+        up > 0 && back * STEPS_PER_RESTART <= up
     };
     let is_named = |column: &usize| {
         words(&table.header[*column]).iter().any(|w| CLOCKS.split_whitespace().any(|clock| clock == w))
     };
     if let Some((seconds, (fraction, ..))) = clocks::pairs(table).first() {
-        let reason = format!("seconds, and `{}` beside them counts their fractions", table.header[*fraction]);
+        let reason = format!("seconds, and `{}` counts their fractions", table.header[*fraction]);
         proposal.columns.push(Proposed { key: "time", value: quoted(&table.header[*seconds]), reason });
         names.time = Some(table.header[*seconds].clone());
         return None;
     }
-    // Of several clocks the finest: whole seconds beside it rise in few rows.
+    // Of several clocks the finest: a column of whole seconds increases in few rows.
     let fineness = |column: &usize| table.columns[*column].windows(2).filter(|w| w[1] > w[0]).count();
     let rising = (0..table.header.len()).filter(|column| rises(&column));
     let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
@@ -312,7 +324,7 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
     names.time = Some(table.header[column].clone());
     // Logs have 20 Hz to 4 kHz.
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-    let unit = units.into_iter().find(|unit| (2.5e-4..0.0501).contains(&(step * unit.1)));
+    let unit = units.into_iter().find(|unit| LOG_PERIODS_S.contains(&(step * unit.1)));
     let Some((unit, factor)) = unit else { return Some((column, 1.0)) };
     if unit != "s" {
         let reason = format!(
@@ -327,7 +339,7 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
     Some((column, factor))
 }
 
-/// The unit of the columns of a quantity and why; `None` where it is that of SI, or that of the header.
+/// The unit of the columns of a quantity and its reason; `None` where it is the SI unit, or the unit of the header.
 fn unit(
     table: &Table,
     columns: &[usize],
@@ -347,14 +359,14 @@ fn unit(
     let spans: Vec<f64> = columns.iter().map(|&c| extremes(&table.columns[c])).map(|(low, high)| high - low).collect();
     let widest = spans.iter().copied().fold(0.0, f64::max);
     let whole = columns.iter().all(|&c| table.columns[c].iter().all(|x| x.fract() == 0.0));
-    // Three turns are more than a joint of most arms goes, in rad.
+    // Three turns, in rad, exceed the range of a joint of most arms.
     const THREE_TURNS: f64 = 19.0;
     match quantity {
-        Quantity::Position if whole && widest > 100.0 => Some((
+        Quantity::Position if whole && widest > MIN_TICKS => Some((
             "ticks(4096)".into(),
             "whole numbers: ticks of an encoder; 4096 a turn is a guess, say how many".into(),
         )),
-        Quantity::Position if widest > THREE_TURNS && widest < 800.0 => Some((
+        Quantity::Position if widest > THREE_TURNS && widest < MAX_RANGE_DEG => Some((
             "deg".into(),
             format!("they span {} and would be {:.0} turns in rad", short(widest), widest / std::f64::consts::TAU),
         )),
@@ -363,7 +375,7 @@ fn unit(
             let to_si = given_unit(Quantity::Position, position).ok()?.factor;
             let ratio = slope_ratio(table, columns, clock?, to_si)?;
             let known = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
-            let (unit, _) = known.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < 0.1)?;
+            let (unit, _) = known.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < RATIO_TOLERANCE)?;
             (unit != "rad/s")
                 .then(|| (unit.into(), format!("they are {} times the slope of the position", short(ratio))))
         }
@@ -371,10 +383,10 @@ fn unit(
     }
 }
 
-/// The numbers of a velocity per slope of the position beside it, in rad/s; of the joint that moves most.
+/// Ratio of a velocity to the derivative of its position, in rad/s; from the first joint.
 fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64), to_si: f64) -> Option<f64> {
     let t = &table.columns[clock];
-    // The position of the same joint stands in the column whose slope fits best.
+    // The position of the same joint is the column with the best correlation.
     let fit = |q: &[f64], v: &[f64]| {
         let (mut vs, mut ss, mut vv) = (0.0, 0.0, 0.0);
         for k in 1..t.len().saturating_sub(1) {
@@ -387,17 +399,17 @@ fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64),
     };
     let v = &table.columns[velocity[0]];
     let others = (0..table.columns.len()).filter(|c| *c != clock && !velocity.contains(c));
-    let best = others.map(|c| fit(&table.columns[c], v)).filter(|(_, r)| *r > 0.8);
+    let best = others.map(|c| fit(&table.columns[c], v)).filter(|(_, r)| *r > MIN_SQUARED_CORRELATION);
     best.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(ratio, _)| ratio)
 }
 
-/// The number in the middle.
+/// The median.
 fn middle(mut numbers: Vec<f64>) -> f64 {
     let middle = numbers.len() / 2;
     *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// A number to four digits.
+/// A number with four significant digits.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
     rounded.to_string()
@@ -407,7 +419,7 @@ fn short(x: f64) -> String {
 mod tests {
     use super::*;
 
-    /// A table of two joints that swing, its numbers in these units.
+    /// A table of two swinging joints, with numbers in these units.
     fn table(header: &str, scales: [f64; 4]) -> Table {
         let [time, position, velocity, torque] = scales;
         let header: Vec<String> = header.split(',').map(Into::into).collect();
@@ -454,7 +466,7 @@ mod tests {
         }
         let mapping = proposal.mapping.unwrap();
         assert!((mapping.position[0].factor * degrees - 1.0).abs() < 1e-12);
-        // By names, set points left aside.
+        // By names; set points are ignored.
         let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
         let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");

@@ -1,12 +1,12 @@
-//! Units that a user names for a quantity, and what a number of the file is in SI.
+//! Units that a user names for a quantity, and the conversion of the file's numbers to SI.
 //!
-//! | text | a number x stands for |
+//! | text | meaning of a number x |
 //! |---|---|
-//! | `deg`, `N mm`, `ms`, ..: those that headers may name | x of them |
+//! | `deg`, `N mm`, `ms`, ..: the units of headers | x in this unit |
 //! | `counts(2.69 mA)` | 2.69 x mA |
 //! | `ticks(4096)` | x/4096 of a turn; as a velocity `ticks(4096)/s` |
 //! | `permille(25 N m)`, `percent(25 N m)` | x/1000 (x/100) of 25 N m |
-//! | `int16 ..` before one of these | x less 65536 from 32768 on: two's complement (also int8, int32) |
+//! | `int16 ..` before one of these | x - 65536 from 32768 on: two's complement (also int8, int32) |
 //! | `signbit(10) ..` before one of these | 1024 - x from 1024 on: bit 10 is the sign |
 
 use std::f64::consts::TAU;
@@ -17,29 +17,29 @@ use serde::{Deserialize, Serialize};
 use crate::cleaning::raw_words::RawWord;
 use crate::columns::words::{Quantity, units, written};
 
-/// Units given by the user, for the quantities whose headers do not name theirs.
+/// Units from the user, for quantities whose headers do not name them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct UnitNames {
-    /// Of the clock: `ms`.
+    /// Unit of the clock: `ms`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Of the positions: `deg`, `ticks(4096)`.
+    /// Unit of the positions: `deg`, `ticks(4096)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<String>,
-    /// Of the velocities: `deg/s`, `counts(0.229 rpm)`.
+    /// Unit of the velocities: `deg/s`, `counts(0.229 rpm)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<String>,
-    /// Of the accelerations.
+    /// Unit of the accelerations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration: Option<String>,
-    /// Of the torques: `N mm`, `permille(25 N m)`.
+    /// Unit of the torques: `N mm`, `permille(25 N m)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque: Option<String>,
-    /// Of the currents: `mA`, `counts(2.69 mA)`.
+    /// Unit of the currents: `mA`, `counts(2.69 mA)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current: Option<String>,
-    /// Of the goals, where it is not that of the positions.
+    /// Unit of the goals, where it is not the unit of the positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<String>,
 }
@@ -66,15 +66,15 @@ impl UnitNames {
 /// The unit of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GivenUnit {
-    /// As headers write it, or as the user did.
+    /// Its name in headers, or the text of the user.
     pub name: String,
-    /// SI per number.
+    /// Factor to SI.
     pub factor: f64,
-    /// How the number holds its sign, where it is no plain number.
+    /// The sign representation of the number, where it is a register word.
     pub word: Option<RawWord>,
 }
 
-/// The unit that a text names for a quantity; the error says what is known.
+/// The unit that a text names for a quantity; the error lists the known units.
 pub(crate) fn given_unit(quantity: Quantity, text: &str) -> Result<GivenUnit, String> {
     let (word, rest) = signed_word(text.trim())?;
     let (name, factor) = scale(quantity, rest)?;
@@ -82,7 +82,7 @@ pub(crate) fn given_unit(quantity: Quantity, text: &str) -> Result<GivenUnit, St
     Ok(GivenUnit { name, factor, word })
 }
 
-/// `int16` or `signbit(10)` in front, and what follows.
+/// A leading `int16` or `signbit(10)`, and the text after it.
 fn signed_word(text: &str) -> Result<(Option<RawWord>, &str), String> {
     let first = text.split_whitespace().next().unwrap_or("");
     let bits = |digits: &str| digits.parse::<i32>().ok().filter(|bits| (1..=32).contains(bits));
@@ -103,6 +103,7 @@ fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
     if text.is_empty() {
         return Ok((written(units(quantity).first().map_or("", |unit| unit.0)).to_string(), 1.0));
     }
+    // Without parentheses it is a unit; with them, a scale of one.
     let Some((kind, rest)) = text.split_once('(') else { return plain(quantity, text) };
     let (inner, after) = rest.split_once(')').ok_or_else(|| format!("`{text}`: a parenthesis is not closed"))?;
     let (kind, inner, after) = (kind.trim(), inner.trim(), after.trim());
@@ -115,6 +116,7 @@ fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
         let factor = if unit.is_empty() { 1.0 } else { plain(quantity, unit)?.1 };
         Ok(share * number(x)? * factor)
     };
+    // A tick is a share of a turn; the other scales are shares of a unit.
     let factor = match (kind, after, quantity) {
         ("ticks", "", Quantity::Position | Quantity::Goal) | ("ticks", "/s", Quantity::Velocity) => {
             TAU / number(inner)?

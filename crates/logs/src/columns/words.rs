@@ -1,8 +1,8 @@
-//! What the header of a column can mean.
+//! The possible meanings of a column's header.
 //!
-//! A header is stem, joint and unit in one of the orders `q1`, `q_1`, `q[1]`, `q_elbow`, `elbow.position`, `q1_deg`,
-//! `q_deg1`. The stems are the words that drivers and tools write for measured quantities. Set points (`target_`,
-//! `_ref`, `_des`) are not among them and are used only when the user names them.
+//! A header is stem, joint and unit in one of the forms `q1`, `q_1`, `q[1]`, `q_elbow`, `elbow.position`, `q1_deg`, `q_deg1`. The
+//! stems are the words of drivers and tools for measured quantities. Set points (`target_`, `_ref`, `_des`) are not among them
+//! and are used only when the user names them.
 
 use crate::Error;
 use crate::table::Table;
@@ -10,30 +10,30 @@ use crate::table::Table;
 /// A measured quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
-    /// s.
+    /// Time, s.
     Time,
-    /// rad (m).
+    /// Position, rad (m).
     Position,
-    /// rad/s (m/s).
+    /// Velocity, rad/s (m/s).
     Velocity,
-    /// rad/s^2 (m/s^2).
+    /// Acceleration, rad/s^2 (m/s^2).
     Acceleration,
-    /// N m (N).
+    /// Torque, N m (N).
     Torque,
-    /// A.
+    /// Current, A.
     Current,
-    /// rad (m), where a position servo is told to be.
+    /// Commanded position of a position servo, rad (m).
     Goal,
 }
 
 use Quantity::*;
 
-/// A unit as headers write it, and its factor to SI.
+/// A unit in headers, and its factor to SI.
 pub(crate) type Unit = (&'static str, f64);
 
-type Words = (Quantity, &'static str, &'static [Unit]);
+type QuantityWords = (Quantity, &'static str, &'static [Unit]);
 
-/// What positions are measured in.
+/// Units of positions.
 const POSITION_UNITS: &[Unit] = &[
     ("rad", 1.0),
     ("radians", 1.0),
@@ -45,15 +45,15 @@ const POSITION_UNITS: &[Unit] = &[
     ("mm", 1e-3),
 ];
 
-/// Stems, a blank between them, then units with the factor to SI. The first unit is the one of a header that names none.
-const QUANTITY_WORDS: [Words; 7] = [
+/// Stems, separated by blanks, then units with the factor to SI. The first unit is the default.
+const QUANTITY_WORDS: [QuantityWords; 7] = [
     (
         Time,
         "t time timestamp stamp clock timestamps times sec secs seconds zeit",
         &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
     ),
     (Position, "q pos position positions angle actual_q joint_position joint_pos joint_angle qm theta", POSITION_UNITS),
-    // A set point counts where the user names it, and no header stands for one.
+    // A set point is used only where the user names it, so it has no stems.
     (Goal, "", POSITION_UNITS),
     (
         Velocity,
@@ -112,12 +112,12 @@ const QUANTITY_WORDS: [Words; 7] = [
     ),
 ];
 
-/// The units of a quantity, the one of headers without a unit first.
+/// The units of a quantity, the default first.
 pub(crate) fn units(quantity: Quantity) -> &'static [Unit] {
     QUANTITY_WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
 }
 
-/// A unit as people write it, of one as headers write it.
+/// The usual notation of a unit in headers.
 pub(crate) fn written(unit: &str) -> &str {
     match unit {
         "sec" => "s",
@@ -140,10 +140,10 @@ pub(crate) fn written(unit: &str) -> &str {
     }
 }
 
-/// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a
-/// length nor a force. The default unit of a turning joint stands for a header without a unit.
+/// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a length
+/// nor a force. The default unit of a turning joint stands for a header without a unit.
 pub(crate) fn of_sliding(unit: &str) -> Option<&str> {
-    // What the user scales, he scales to the SI of the joint.
+    // A scale from the user is already in the SI unit of the joint.
     if unit.contains('(') || unit.starts_with("int") {
         return Some(unit);
     }
@@ -157,7 +157,7 @@ pub(crate) fn of_sliding(unit: &str) -> Option<&str> {
     }
 }
 
-/// What a header may mean.
+/// A possible meaning of a header.
 pub(crate) struct Reading {
     pub column: usize,
     pub quantity: Quantity,
@@ -165,16 +165,16 @@ pub(crate) struct Reading {
     pub unit: Unit,
 }
 
-/// Which joint a header names.
+/// The joint in a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Designator {
     None,
-    /// A number, counted from 0 or from 1. The other headers of the quantity decide which.
+    /// A number, counted from 0 or from 1; the other headers of the quantity decide which.
     Number(usize),
     Coordinate(usize),
 }
 
-/// The readings of every header of a table; a header of two quantities is refused.
+/// The meanings of every header of a table; a header with two quantities is refused.
 pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
     let lower: Vec<String> = coordinates.iter().map(|c| plain(&c.to_lowercase())).collect();
     let names = joint_names(table, &lower);
@@ -205,7 +205,7 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
     Ok(all)
 }
 
-/// Words that mark a quantity as measured, or name what it is part of.
+/// Words that mark a quantity as measured, or name a group that it belongs to.
 const QUALIFIER_WORDS: &str = "actual act meas measured msr real present sensor robot field jointstate joint_states \
     joint_state";
 
@@ -227,8 +227,8 @@ fn unqualified(header: &str) -> String {
     header
 }
 
-/// Joint numbers and their coordinates, as (number, coordinate), from columns `name0`, `name1`, .. (`field.name0`),
-/// whose cells hold the names of the joints.
+/// Joint numbers and their coordinates, as (number, coordinate), from columns `name0`, `name1`, .. (`field.name0`) with the names
+/// of the joints in their cells.
 fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
     let name = |(header, text): (&String, &Option<(usize, String)>)| {
         let header = unqualified(&header.to_lowercase());
@@ -244,7 +244,7 @@ fn plain(text: &str) -> String {
     text.replace(['[', ']', '(', ')', '{', '}', ' '], "_")
 }
 
-/// All readings of a header in lower case.
+/// All meanings of a header in lower case.
 fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Unit)> {
     let header = plain(header);
     let header = header.trim_matches('_');
@@ -252,7 +252,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     for (quantity, stems, units) in QUANTITY_WORDS {
         for (rest, unit) in without_unit(header, units) {
             for stem in stems.split_whitespace() {
-                if let Some(joint) = joint_beside(rest, stem, quantity, units, coordinates) {
+                if let Some(joint) = joint_next_to(rest, stem, quantity, units, coordinates) {
                     out.push((quantity, joint.0, joint.1.unwrap_or(unit)));
                 }
             }
@@ -261,7 +261,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     out
 }
 
-/// The header as it is, with the default unit, and the header without each unit that it ends in.
+/// The header with the default unit, and the header without each unit that it ends in.
 fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     let mut out = vec![(header, units[0])];
     for unit in units {
@@ -272,8 +272,8 @@ fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     out
 }
 
-/// Reads the text beside the stem: nothing, a joint, or a unit and a joint.
-fn joint_beside(
+/// Reads the text next to the stem: nothing, a joint, or a unit and a joint.
+fn joint_next_to(
     rest: &str,
     stem: &str,
     quantity: Quantity,
@@ -296,7 +296,7 @@ fn joint_beside(
     }
     if let Some(after) = rest.strip_prefix(stem) {
         if let Some(j) = joint(after) {
-            // `q` before the name of a coordinate needs a separator: `qelbow` is a word of its own.
+            // `q` before the name of a coordinate needs a separator: `qelbow` is another word.
             let separated = matches!(j, Designator::Number(_)) || after.starts_with(separators);
             return separated.then_some((j, None));
         }

@@ -1,28 +1,26 @@
-//! Arrays with names as a table of columns: those of a .npz, and those that a program has in memory.
+//! Named arrays as a table of columns: the arrays of a .npz, or arrays in the memory of a program.
 //!
-//! An array of shape (N,) is a column of its name, one of shape (N, k) the columns name_1 .. name_k; N is the length of
-//! the longest of these. An array of more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or
-//! `dt` (s) makes one. Names as common tools write them: `times positions velocities accelerations torques`,
-//! `t q dq ddq tau`.
+//! An array of shape (N,) is one column with its name, an array of shape (N, k) the columns name_1 .. name_k; N is the length of
+//! the longest of these. An array with more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or `dt`
+//! (s) gives the time. Names follow common tools: `times positions velocities accelerations torques`, `t q dq ddq tau`.
 
 use crate::Error;
 use crate::table::{MAX_COLUMNS, Table, check_header};
 
 /// Numbers in rows and columns.
 pub struct Array {
-    /// Empty for one number, (samples,) or (samples, joints).
+    /// Empty for a scalar, (samples,) or (samples, joints).
     pub shape: Vec<usize>,
-    /// Row by row.
+    /// The numbers, row by row.
     pub values: Vec<f64>,
 }
 
 impl Table {
-    /// From arrays with their names; `file` stands in messages.
+    /// From arrays with their names; `file` is the name in messages.
     ///
-    /// Fails where no array holds samples, where there are too many columns, or two of one name, and where a rate makes
-    /// no time.
+    /// Fails where no array has samples, where there are too many columns, or two with one name, and where a rate gives no time.
     pub fn from_arrays(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
-        // N is the length of the longest array of one or two axes; all others are noted and not used.
+        // N is the length of the longest array with one or two axes; all others are noted and not used.
         let length = |array: &Array| match array.shape[..] {
             [n] | [n, _] => n,
             _ => 0,
@@ -64,7 +62,7 @@ impl Table {
                 _ => {}
             }
         }
-        // A time made from the rate, where no array is one.
+        // A time from the rate, where no array is a time.
         let timed =
             table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
         if let (false, false, Some((key, value))) = (timed, table.columns.is_empty(), rate) {
@@ -85,7 +83,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Adds a column that holds no numbers, only `what`: it is refused where it is asked for.
+    /// Adds a column without numbers, described by `what`: its use is refused.
     pub fn add_text(&mut self, name: String, what: String) {
         self.columns.push(vec![f64::NAN; self.rows()]);
         self.header.push(name);
@@ -109,7 +107,8 @@ mod tests {
         assert_eq!((&found.header, &found.columns), (&text.header, &text.columns));
         found.add_text("note".into(), "a value of type utf8".into());
         assert_eq!((found.header.len(), found.columns.len(), found.texts.len()), (4, 4, 4));
-        let named = crate::ColumnNames { torque: Some(crate::Names::Each(vec!["note".into()])), ..Default::default() };
+        let named =
+            crate::ColumnNames { torque: Some(crate::NamePattern::Each(vec!["note".into()])), ..Default::default() };
         let refused = crate::LogSource::from_table(found, &["1".into()], &named).err().unwrap().to_string();
         assert!(refused.contains("column `note`"), "{refused}");
     }

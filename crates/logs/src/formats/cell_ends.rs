@@ -1,36 +1,36 @@
-//! Where the cells of plain rows end, found before any of them is read.
+//! The ends of the cells of plain rows, found before the cells are read.
 //!
-//! A cell of which both ends are known can be read while the one before it still is: the processor takes several abreast
-//! [Langdale, Lemire 2019]. Plain are rows of bytes in which a delimiter ends a cell and a line feed a row wherever they stand.
+//! If both ends of a cell are known, it can be read while the cell before it is still being read: the processor handles several
+//! cells in parallel [Langdale, Lemire 2019]. In plain rows every delimiter ends a cell and every line feed ends a row.
 
 use wide::u8x16;
 
-/// Bytes that one mask covers.
+/// Bytes of one bit mask.
 const BYTES_PER_MASK: usize = u64::BITS as usize;
 
-/// Bytes searched at a time: their ends stay in the cache.
+/// Bytes searched at a time; their ends fit into the cache.
 const BYTES_PER_SEARCH: usize = 64 * BYTES_PER_MASK;
 
 /// The ends of cells, row by row.
 pub(super) struct CellEnds<'a> {
     bytes: &'a [u8],
     delimiter: u8,
-    /// Bytes searched.
+    /// Number of bytes searched.
     searched: usize,
-    /// Places of delimiters and line feeds.
+    /// Positions of delimiters and line feeds.
     cells: Places,
-    /// Places of line feeds.
+    /// Positions of line feeds.
     rows: Places,
 }
 
 impl<'a> CellEnds<'a> {
-    /// Of bytes of at most 4 GiB.
+    /// For at most 4 GiB of bytes.
     pub(super) fn new(bytes: &'a [u8], delimiter: u8) -> CellEnds<'a> {
         CellEnds { bytes, delimiter, searched: 0, cells: Places::default(), rows: Places::default() }
     }
 
     /// The ends of the cells of the row that begins at `at`; `None` if it has not `width` cells, or no line feed. Rows are
-    /// asked for in turn; some may be left out.
+    /// requested in ascending order; some may be skipped.
     #[inline(always)]
     pub(super) fn of_row(&mut self, at: usize, width: usize) -> Option<&[u32]> {
         loop {
@@ -45,7 +45,7 @@ impl<'a> CellEnds<'a> {
             self.search();
         }
         let (ends, end) = (&self.cells.next()[..width], self.rows.next()[0]);
-        // The first line feed ends the last of the cells, so that none is among those before.
+        // The first line feed must end the last cell, so none is inside the row.
         if ends.last() != Some(&end) {
             return None;
         }
@@ -66,7 +66,7 @@ impl<'a> CellEnds<'a> {
         self.rows.forget();
         for (k, chunk) in chunks.iter().chain([&last]).enumerate() {
             let first = (self.searched + k * BYTES_PER_MASK) as u32;
-            // The zeros behind the rest end nothing.
+            // The zeros after the rest count as no ends.
             let there = if k < chunks.len() { u64::MAX } else { (1 << rest.len()) - 1 };
             let rows = mask(chunk, b'\n') & there;
             self.cells.add(first, mask(chunk, self.delimiter) & there | rows);
@@ -76,7 +76,7 @@ impl<'a> CellEnds<'a> {
     }
 }
 
-/// Places in a text, ascending: those before `first` are behind us, those from `found` on are none yet.
+/// Positions in a text, ascending: positions before `first` are used up, positions from `found` on are not yet found.
 #[derive(Default)]
 struct Places {
     places: Vec<u32>,
@@ -90,16 +90,16 @@ impl Places {
         &self.places[self.first..self.found]
     }
 
-    /// Passes what stands before `at`.
+    /// Skips the positions before `at`.
     #[inline(always)]
     fn pass(&mut self, at: usize) {
         self.first += self.next().iter().take_while(|place| (**place as usize) < at).count();
     }
 
-    /// Forgets what is behind us, and makes room for what a search may find.
+    /// Removes the used positions, and reserves space for the next search.
     #[inline(always)]
     fn forget(&mut self) {
-        // A row of a mebibyte is searched many times before its end is found.
+        // A row of a mebibyte needs many searches before its end is found.
         if self.first > 0 {
             self.places.copy_within(self.first..self.found, 0);
             (self.first, self.found) = (0, self.found - self.first);
@@ -107,12 +107,12 @@ impl Places {
         self.places.resize(self.found + BYTES_PER_SEARCH + BYTES_PER_MASK, 0);
     }
 
-    /// Adds the places of the bits, from `first` on.
+    /// Adds the positions of the set bits, relative to `first`.
     #[inline(always)]
     fn add(&mut self, first: u32, mut mask: u64) {
         let room = &mut self.places[self.found..][..BYTES_PER_MASK];
         self.found += mask.count_ones() as usize;
-        // Eight at once, whether there are as many or not: a loop over one or two would be guessed wrong too often.
+        // Always eight at once: a loop over one or two would cause branch mispredictions.
         for eight in room.as_chunks_mut::<8>().0 {
             if mask == 0 {
                 break;
@@ -125,7 +125,7 @@ impl Places {
     }
 }
 
-/// A bit for each byte that is this one.
+/// A bit mask of the bytes that equal `byte`.
 #[inline(always)]
 fn mask(bytes: &[u8; BYTES_PER_MASK], byte: u8) -> u64 {
     let part = |bytes: &[u8; 16]| u64::from(u8x16::new(*bytes).simd_eq(u8x16::splat(byte)).to_bitmask());

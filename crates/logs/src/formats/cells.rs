@@ -1,10 +1,10 @@
-//! The cells of a table that is written.
+//! The cells of a table to be written.
 
-/// The cells of a column of a table that is written.
+/// The cells of a column to be written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells<'a> {
-    /// Texts, each there.
+    /// Texts, none missing.
     Texts(Vec<&'a str>),
-    /// Numbers; what is not finite is written as absent.
+    /// Numbers; NaN and infinite ones are written as missing.
     Numbers(Vec<f64>),
 }

@@ -1,43 +1,42 @@
-//! Unpacks compressed blocks of recordings, of Arrow and of Parquet, within a bound.
+//! Decompresses blocks of recordings, of Arrow and of Parquet, within a bound.
 //!
-//! A length that the file claims is not trusted: no more is allocated for it than the compressed bytes can unfold to.
-//! Only decoders are used, all written in Rust.
+//! A length in the file is not trusted: the allocation is bounded by the compressed size. Only decoders written in Rust are used.
 
 use std::io::Read;
 
-/// How a block is compressed.
+/// The compression of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
-    /// As a zstd stream.
+    /// A zstd stream.
     Zstd,
-    /// As an LZ4 frame.
+    /// An LZ4 frame.
     Lz4Frame,
-    /// As gzip members.
+    /// Gzip members.
     #[cfg(feature = "parquet")]
     Gzip,
-    /// The raw format, without frames.
+    /// Snappy's raw format, without frames.
     #[cfg(feature = "parquet")]
     Snappy,
-    /// As a Brotli stream.
+    /// A Brotli stream.
     #[cfg(feature = "parquet")]
     Brotli,
-    /// As one LZ4 block.
+    /// One LZ4 block.
     #[cfg(feature = "parquet")]
     Lz4Block,
-    /// What Parquet calls LZ4: raw blocks behind two lengths, frames in the oldest files.
+    /// The LZ4 of Parquet: raw blocks after two lengths, frames in the oldest files.
     #[cfg(feature = "parquet")]
     Lz4Hadoop,
 }
 
-/// Largest size of an unpacked block. Writers make blocks of some megabytes.
+/// Largest size of a decompressed block. Writers make blocks of some megabytes.
 pub(crate) const MAX_UNPACKED_BYTES: usize = 1 << 30;
 
-/// Nor may a block unfold to more than this many times its bytes, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers do
-/// not compress so far.
+/// Largest ratio of the decompressed to the compressed size, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers have smaller
+/// ratios.
 const MAX_UNPACKING_RATIO: usize = 64;
-/// Bytes that every block may unfold to beside that.
+/// Bytes that every block may have in addition.
 const UNPACKING_ALLOWANCE_BYTES: usize = 1 << 26;
 
 /// The largest ratio of snappy: a copy of 64 bytes takes 3.
@@ -46,9 +45,12 @@ const MAX_SNAPPY_RATIO: usize = 64;
 /// The largest ratio of LZ4: a run of 255 takes 1.
 #[cfg(feature = "parquet")]
 const MAX_LZ4_RATIO: usize = 256;
+/// Size of the input buffer of the Brotli decoder.
+#[cfg(feature = "parquet")]
+const BROTLI_BUFFER_BYTES: usize = 4096;
 
 impl Compression {
-    /// What `packed` holds, unpacked while it is read.
+    /// The content of `packed`, decompressed while it is read.
     pub fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
         Ok(match self {
             Compression::None => Box::new(packed),
@@ -62,7 +64,7 @@ impl Compression {
         })
     }
 
-    /// The `size` bytes that `packed` holds; another number of them is an error.
+    /// The content of `packed`, `size` bytes; another size is an error.
     pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
@@ -71,7 +73,7 @@ impl Compression {
         Ok(out)
     }
 
-    /// The bytes that `packed` holds; more than `most` of them are an error.
+    /// The content of `packed`; more than `most` bytes are an error.
     pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
@@ -85,8 +87,8 @@ impl Compression {
             #[cfg(feature = "parquet")]
             Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,
             #[cfg(feature = "parquet")]
-            Compression::Brotli => bounded(brotli_decompressor::Decompressor::new(packed, 4096), most)?,
-            // The decoders of blocks take all memory at once, so the ratio of their format bounds it first.
+            Compression::Brotli => bounded(brotli_decompressor::Decompressor::new(packed, BROTLI_BUFFER_BYTES), most)?,
+            // The decoders of blocks allocate at once, so the ratio of their format bounds the size first.
             #[cfg(feature = "parquet")]
             Compression::Snappy => {
                 let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;
@@ -114,12 +116,12 @@ impl Compression {
     }
 }
 
-/// The most that these bytes may unfold to.
+/// The largest accepted size of the decompressed bytes.
 fn most_of(packed: &[u8]) -> usize {
     packed.len().saturating_mul(MAX_UNPACKING_RATIO).saturating_add(UNPACKING_ALLOWANCE_BYTES)
 }
 
-/// Blocks behind two lengths of four bytes each, the highest first: unpacked and packed.
+/// Blocks after two big-endian lengths of four bytes each: decompressed and compressed.
 #[cfg(feature = "parquet")]
 fn hadoop(mut packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
@@ -133,7 +135,7 @@ fn hadoop(mut packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     Ok(out)
 }
 
-/// At most one byte more than `most`: enough to see that there are too many.
+/// At most one byte more than `most`, which is enough to detect an excess.
 fn bounded(reader: impl Read, most: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
     let read = reader.take(most as u64 + 1).read_to_end(&mut out);
@@ -146,7 +148,7 @@ mod tests {
     use super::*;
     use std::io::Write;
 
-    /// Every format with the block that its own encoder makes of the bytes.
+    /// Every format with a block from its own encoder.
     fn packed(bytes: &[u8]) -> Vec<(Compression, Vec<u8>)> {
         let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         gzip.write_all(bytes).unwrap();
@@ -164,7 +166,7 @@ mod tests {
         ]
     }
 
-    /// Two blocks, as Hadoop writes them.
+    /// Two blocks in the format of Hadoop.
     fn hadoop_of(bytes: &[u8]) -> Vec<u8> {
         let half = bytes.len() / 2;
         let block = |bytes: &[u8]| {
@@ -197,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Cut off or changed, a block is read or refused, never a panic.
+    /// A truncated or changed block is read or refused, never a panic.
     #[test]
     fn damage_does_not_panic() {
         let bytes = signal();

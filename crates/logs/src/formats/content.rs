@@ -1,29 +1,29 @@
-//! The kind of a file by its first bytes, and what is said of those that are not read.
+//! The kind of a file by its first bytes, and the messages for kinds that are not read.
 
 use crate::formats::registered::{self, LogReader};
 
 /// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Content {
-    /// Delimited text, or nothing that is known.
+pub(crate) enum FileFormat {
+    /// Delimited text, or an unknown kind.
     Text,
     /// A gzip stream of text.
     Gzip,
-    /// A zstd stream of any of the others.
+    /// A zstd stream of any other kind.
     Zstd,
     Numpy,
     Parquet,
     Mcap,
-    /// The format at this place of those that other packages read.
+    /// The format at this index of the formats that other packages read.
     Registered(usize),
-    /// What another program turns into one of the others.
+    /// A format that another program can convert.
     Foreign(&'static str),
 }
 
-use Content::*;
+use FileFormat::*;
 
-/// First bytes and the kind they mark.
-const FILE_KINDS: [(&[u8], Content); 7] = [
+/// First bytes and their kinds.
+const FILE_KINDS: [(&[u8], FileFormat); 7] = [
     (b"\x1f\x8b", Gzip),
     (b"\x28\xb5\x2f\xfd", Zstd),
     (b"PK\x03\x04", Numpy),
@@ -33,8 +33,8 @@ const FILE_KINDS: [(&[u8], Content); 7] = [
     (b"\x89MCAP0\r\n", Mcap),
 ];
 
-/// First bytes of files that are not read, with what they are and the line that makes one that is.
-const FOREIGN: [(&[u8], &str); 8] = [
+/// First bytes of files that are not read, with their description and a command that converts them.
+const FOREIGN_FORMATS: [(&[u8], &str); 8] = [
     (b"#ROSBAG V", "a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`"),
     (
         b"FEA1",
@@ -64,26 +64,26 @@ const FOREIGN: [(&[u8], &str); 8] = [
     (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),
 ];
 
-/// What is said where the feature that reads and writes Parquet is off.
+/// The message where the feature that reads and writes Parquet is off.
 pub(crate) const NO_PARQUET: &str = "this program was built without the feature `parquet`; the programs and wheels of a \
     release have it, and docs/how-to/install.md says how to build one";
 
-/// The line that makes an Arrow file of a Parquet file.
+/// The command that converts a Parquet file to Arrow.
 const FROM_PARQUET: &str = "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\"";
 
-/// Number of first bytes that tell the kind of a file.
+/// Number of first bytes that determine the kind of a file.
 pub(crate) const MAGIC_BYTES: usize = 16;
 
-impl Content {
-    /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or all.
-    pub(crate) fn of(head: &[u8]) -> Content {
+impl FileFormat {
+    /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or the whole file.
+    pub(crate) fn of(head: &[u8]) -> FileFormat {
         let core = FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1);
         let registered = || registered::of_head(head).map(Registered);
-        let foreign = || FOREIGN.iter().find(|kind| head.starts_with(kind.0)).map(|kind| Foreign(kind.1));
+        let foreign = || FOREIGN_FORMATS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| Foreign(kind.1));
         core.or_else(registered).or_else(foreign).unwrap_or(Text)
     }
 
-    /// What reads such a file, where another package does.
+    /// The reader of such a file, where another package has one.
     pub(crate) fn reader(self) -> Option<LogReader> {
         match self {
             Registered(place) => Some(registered::reader(place)),
@@ -91,24 +91,24 @@ impl Content {
         }
     }
 
-    /// Whether such a file has an index at its end, so that it is read by place.
+    /// Whether such a file has an index at its end, so that it is read by position.
     pub(crate) fn has_index(self) -> bool {
         self == Parquet || matches!(self.reader(), Some(LogReader::Indexed { .. }))
     }
 
-    /// Whether such a file holds messages.
+    /// Whether such a file contains messages.
     pub(crate) fn is_recording(self) -> bool {
         let holds_messages =
             |reader| matches!(reader, LogReader::Recording { .. } | LogReader::Absent { is_recording: true, .. });
         self == Mcap || self.reader().is_some_and(holds_messages)
     }
 
-    /// Why files of this kind are not read, and what to do; `None` where they are.
+    /// The reason why files of this kind are not read, and the remedy; `None` where they are read.
     pub(crate) fn refusal(self) -> Option<String> {
         match (self, self.reader()) {
             (Foreign(what), _) | (_, Some(LogReader::Absent { what, .. })) => Some(format!("this is {what}")),
             (Parquet, _) if !cfg!(feature = "parquet") => {
-                // The file that the line makes has to be read here.
+                // The converted file must be readable here.
                 let line = registered::format_names().contains(&"Arrow").then_some(FROM_PARQUET);
                 let remedy = line.map_or(String::new(), |line| format!("; or convert it: `{line}`"));
                 Some(format!("this is a Parquet file: {NO_PARQUET}{remedy}"))
@@ -122,7 +122,7 @@ impl Content {
 mod tests {
     use super::*;
 
-    /// A part of a recording that nothing reads is none that a folder may lose; another file beside it is no part.
+    /// A part of a recording that nothing reads may not be missing from a folder; another file next to it is no part.
     #[test]
     fn formats_that_are_absent_say_what_they_are() {
         let absent = |magic: &'static [u8], what: &'static str, is_recording: bool| registered::LogFormat {
@@ -134,23 +134,23 @@ mod tests {
         for (magic, what, is_recording) in
             [(&b"BAG-OF-TESTS"[..], "a bag", true), (b"SHEET-OF-TESTS", "a sheet", false)]
         {
-            let content = Content::of(magic);
+            let content = FileFormat::of(magic);
             assert_eq!((content.refusal(), content.is_recording()), (Some(format!("this is {what}")), is_recording));
         }
         assert!(Mcap.is_recording() && !Text.is_recording());
     }
 
-    /// What is not read is refused by what it is.
+    /// A file that is not read is refused with the name of its format.
     #[test]
     fn files_that_are_not_read_say_what_they_are() {
         for (magic, content) in FILE_KINDS {
-            assert_eq!(Content::of(&[magic, b"and more"].concat()), content);
+            assert_eq!(FileFormat::of(&[magic, b"and more"].concat()), content);
             assert_eq!(content.refusal().is_some(), content == Parquet && !cfg!(feature = "parquet"));
         }
-        for (magic, what) in FOREIGN {
-            assert_eq!(Content::of(&[magic, b"and more"].concat()).refusal(), Some(format!("this is {what}")));
+        for (magic, what) in FOREIGN_FORMATS {
+            assert_eq!(FileFormat::of(&[magic, b"and more"].concat()).refusal(), Some(format!("this is {what}")));
         }
-        assert_eq!(Content::of(b"t,q1,tau1"), Text);
+        assert_eq!(FileFormat::of(b"t,q1,tau1"), Text);
         assert_eq!(Text.refusal(), None);
     }
 }

@@ -1,10 +1,9 @@
-//! Delimited text, read some rows at a time. Cells are divided by comma, semicolon, tab or blanks; `#` starts a comment
-//! line; there is one header line.
+//! Delimited text, read some rows at a time. The delimiter is a comma, a semicolon, a tab or blanks; `#` starts a comment line;
+//! there is one header line.
 //!
-//! The text is read in windows, which are cut into blocks of whole rows. The processor's threads read the blocks. The
-//! results are joined in order and do not depend on the number of threads. Memory is that of a window and of the rows
-//! handed out: a row has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` decides what a
-//! row is.
+//! The text is read in windows, which are cut into blocks of whole rows. The processor's threads read the blocks. The results are
+//! joined in order and are independent of the number of threads. The memory is limited to a window and the returned rows: a row
+//! has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` defines a row.
 
 use std::io::{BufReader, Error as IoError, ErrorKind, Read};
 
@@ -14,79 +13,82 @@ use memchr::memchr_iter;
 use processor::{in_parallel, threads};
 
 use crate::Error;
-use crate::formats::content::Content;
+use crate::formats::content::FileFormat;
 use crate::formats::number::{is_word, number};
 use crate::formats::rows::{Block, Dialect, WholeRows};
 use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 
-/// Bytes in which the header must stand.
+/// Bytes in which the header must end.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a row with the lines before it, and of a block. Ten thousand numbers in full take a quarter of it.
+/// Greatest number of bytes of a row with the lines before it, and of a block. Ten thousand numbers of full length take a quarter
+/// of it.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Blocks of a window.
 const BLOCKS_PER_WINDOW: usize = 8;
 
-/// Numbers of a block, however short its rows are.
+/// Greatest number of values in a block, for short rows.
 const MAX_CELLS_PER_TEXT_BLOCK: usize = 1 << 18;
 
 /// Fewer bytes are read by one thread, because starting another takes as long.
 const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
+/// First bytes in which a zero marks a binary file.
+const BINARY_CHECK_BYTES: usize = 4096;
 
-/// A file in which most rows are ragged is refused once its ragged rows have more cells than this.
+/// A file with mostly ragged rows is refused once its ragged rows have more cells than this.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
-/// Bytes of a number of a table, whose columns grow by doubling: the old ones are there while the new ones are filled.
-const NUMBER_BYTES: usize = 3 * size_of::<f64>();
+/// Memory of a number in a table, bytes: columns grow by doubling, with old and new memory in use at once.
+const MEMORY_PER_NUMBER_BYTES: usize = 3 * size_of::<f64>();
 
-/// Rows of a text on their way into tables.
+/// A reader of a text in rows.
 pub(crate) struct TableReader<'a> {
     file: String,
     header: Vec<String>,
     dialect: Dialect,
     text: Box<dyn Read + Send + 'a>,
-    /// Bytes of a packed text that were read.
+    /// Count of the bytes of a compressed text.
     packed: Option<PackedBytes>,
-    /// The window: bytes from `at` on are not read yet.
+    /// The window: bytes from `at` on are unread.
     window: Vec<u8>,
     at: usize,
-    /// The text holds nothing beyond the window.
+    /// Whether the text ends with the window.
     is_last: bool,
-    /// Ends of lines before `at`.
+    /// Line ends before `at`.
     ends: usize,
     /// Bytes without a row before `at`.
     idle: usize,
-    /// A row already read, and its line.
+    /// A row that was read with the header, and its line.
     waiting: Option<(usize, Vec<Vec<u8>>)>,
-    /// What was read otherwise than it stands there.
+    /// Remarks on deviations from the text.
     notes: Vec<String>,
-    /// Rows handed out so far.
+    /// Rows returned so far.
     rows: usize,
     threads: usize,
 }
 
-/// What is said of a text that begins with numbers.
+/// The note on a text that begins with numbers.
 const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
 
 impl<'a> TableReader<'a> {
-    /// Reads the header of a text, or of one in a gzip stream.
+    /// Reads the header of a text, or of a text in a gzip stream.
     pub(crate) fn of_content(
         file: &str,
-        content: Content,
+        content: FileFormat,
         source: impl Read + Send + 'a,
     ) -> Result<TableReader<'a>, Error> {
         match content {
-            Content::Gzip => {
+            FileFormat::Gzip => {
                 let gzip = |source| Ok(flate2::read::MultiGzDecoder::new(BufReader::new(source)));
                 TableReader::unfolding(file, Unfolding::new(source, gzip)?)
             }
-            Content::Zstd => TableReader::unfolding(file, zstd(file, source)?),
+            FileFormat::Zstd => TableReader::unfolding(file, zstd(file, source)?),
             _ => TableReader::new(file, source),
         }
     }
 
-    /// Reads the header of a packed text.
+    /// Reads the header of a compressed text.
     pub(crate) fn unfolding(file: &str, text: Unfolding<impl Read + Send + 'a>) -> Result<TableReader<'a>, Error> {
         let packed = Some(text.packed());
         Ok(TableReader { packed, ..TableReader::new(file, text)? })
@@ -106,7 +108,7 @@ impl<'a> TableReader<'a> {
         if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
             return Err(Error::at(file, 0, "this text is in UTF-16; save it as UTF-8"));
         }
-        if head.iter().take(4096).any(|&b| b == 0) {
+        if head.iter().take(BINARY_CHECK_BYTES).any(|&b| b == 0) {
             return Err(Error::at(file, 0, "this is a binary file; delimited text with a header line is expected"));
         }
         let is_comment = |l: &[u8]| l.trim_ascii_start().starts_with(b"#");
@@ -130,7 +132,7 @@ impl<'a> TableReader<'a> {
             let names = |c: Vec<u8>| split(&String::from_utf8_lossy(&c), delimiter);
             let names =
                 comment.map(names).filter(|n| n.len() == header.len() && n.iter().all(|n| n.parse::<f64>().is_err()));
-            // Without a header a column is known by its place; one column of numbers is no log.
+            // Without a header a column is named by its position; one column of numbers is no log.
             let places = (header.len() > 1).then(|| (1..=header.len()).map(|k| format!("c{k}")).collect());
             notes.extend(places.as_ref().filter(|_| names.is_none()).map(|_| NO_HEADER.to_string()));
             if let Some(names) = names.or(places) {
@@ -158,7 +160,7 @@ impl<'a> TableReader<'a> {
 
     /// The next rows, at most `most`; none at the end.
     ///
-    /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
+    /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are missing.
     fn next_rows(&mut self, most: usize) -> Result<Table, Error> {
         self.units()?;
         let mut table = Table {
@@ -170,7 +172,7 @@ impl<'a> TableReader<'a> {
             notes: self.notes.clone(),
             ..Table::default()
         };
-        // The row that was read while the header was looked for.
+        // The row that was read while the header was searched.
         if most > 0
             && let Some((line, cells)) = self.waiting.take()
         {
@@ -191,7 +193,7 @@ impl<'a> TableReader<'a> {
             wanted.for_each(|(column, _)| column.reserve(more));
             for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.bytes)) {
                 self.at += bytes;
-                // Bytes without a row in them grow memory, so they have a bound too.
+                // Bytes without rows use memory, so they are bounded too.
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
                 if self.idle > MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
@@ -204,7 +206,7 @@ impl<'a> TableReader<'a> {
         Ok(table)
     }
 
-    /// Takes rows of units below the header into the header.
+    /// Appends rows of units below the header to the header.
     fn units(&mut self) -> Result<(), Error> {
         while self.rows == 0 && self.waiting.is_none() {
             self.fill(MAX_ROW_BYTES)?;
@@ -238,7 +240,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Cuts the window into blocks of at most `most` whole rows together.
+    /// Cuts the window into blocks of whole rows, together at most `most` rows.
     fn cuts(&mut self, most: usize) -> Result<Vec<WholeRows>, Error> {
         self.fill(MAX_ROW_BYTES + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
@@ -276,7 +278,7 @@ impl<'a> TableReader<'a> {
 
     /// Appends a block whose first line is `line`.
     ///
-    /// Fails when the table outgrows its bounds.
+    /// Fails when the table exceeds its bounds.
     fn append(&self, table: &mut Table, block: &Block, line: usize) -> Result<(), Error> {
         let (rows, width) = (table.lines.len(), self.header.len());
         let wanted = self.dialect.wanted.iter().zip(&mut table.columns).filter(|(wanted, _)| **wanted);
@@ -289,7 +291,7 @@ impl<'a> TableReader<'a> {
                 *text = Some((line + above, found.clone()));
             }
         }
-        // A file that is mostly ragged is none: refused before it has filled the memory.
+        // A file with mostly ragged rows is refused before it fills the memory.
         for row in block.ragged.iter().map(|row| rows + row) {
             table.ragged += 1;
             if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MAX_RAGGED_CELLS {
@@ -298,10 +300,10 @@ impl<'a> TableReader<'a> {
                 return Err(Error::at(&self.file, table.line(row), message));
             }
         }
-        // Numbers of a packed file count against its budget, as its bytes do.
+        // Numbers of a compressed file count against its budget, like its bytes.
         if let Some(packed) = &self.packed {
             let numbers = self.dialect.wanted.iter().filter(|wanted| **wanted).count().saturating_mul(table.rows());
-            let drawn = packed.budget().draw(numbers.saturating_mul(NUMBER_BYTES));
+            let drawn = packed.budget().draw(numbers.saturating_mul(MEMORY_PER_NUMBER_BYTES));
             drawn.map_err(|e| Error::at(&self.file, 0, e))?;
         }
         if table.rows().saturating_mul(width) > MAX_CELLS {
@@ -330,10 +332,10 @@ impl RowReader for TableReader<'_> {
     }
 }
 
-/// What a packed source unfolds to.
+/// The decompressed content of a source.
 pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
 
-/// A zstd stream, unpacked while it is read.
+/// A zstd stream, decompressed while it is read.
 pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
     let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
         Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(BufReader::new(source))?))
@@ -343,7 +345,7 @@ pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpa
     })
 }
 
-/// Cells as a row of text that gives the same cells when it is read.
+/// Cells as a row of text that is read back as the same cells.
 fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
     let quoted = |cell: &Vec<u8>| {
         let doubled = cell.iter().flat_map(|&b| if b == b'"' { vec![b, b] } else { vec![b] });
@@ -354,7 +356,7 @@ fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
 
 fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     match e.kind() {
-        // The kinds of error by which a decoder reports damaged input.
+        // The kinds of error that a decoder reports for damaged input.
         ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => {
             Error::at(file, line, format!("the gzip stream is damaged or cut short: {e}"))
         }
@@ -415,7 +417,7 @@ mod tests {
         assert_eq!(euro.columns, [[0.5, 1.0], [1.25, 1.5]]);
     }
 
-    /// A sum of a generator's states that no bit of a number escapes.
+    /// A pseudo-random generator that reaches every bit of a number.
     fn random(state: &mut u64) -> u64 {
         *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         *state >> 20

@@ -1,7 +1,7 @@
-//! A data set of LeRobot: a folder with `meta/info.json` and the episodes as Parquet files below `data`.
+//! A data set of LeRobot: a folder with `meta/info.json` and the episodes as Parquet files in `data`.
 //!
-//! The files are read in the order of their names and laid end to end; `episode_index` splits them again. The names of the
-//! motors stand in `meta/info.json` and are noted, with the columns that hold them.
+//! The files are read in the order of their names and concatenated; `episode_index` separates them again. The names of the motors
+//! are in `meta/info.json` and are noted, with their columns.
 
 use std::path::{Path, PathBuf};
 
@@ -10,12 +10,12 @@ use gate::source;
 use crate::Error;
 use crate::table::{MAX_CELLS, Table};
 
-/// Longest `meta/info.json`, in bytes.
+/// Greatest size of `meta/info.json`, bytes.
 const MAX_INFO_BYTES: u64 = 1 << 22;
-/// Most files of a data set.
+/// Greatest number of files of a data set.
 const MAX_FILES: usize = 100_000;
 
-/// Reads the data set in a folder; `None` where the folder holds none.
+/// Reads the data set in a folder; `None` where the folder is no data set.
 pub(crate) fn read(folder: &Path) -> Result<Option<Table>, Error> {
     let info = folder.join("meta").join("info.json");
     if !folder.is_dir() || !info.is_file() {
@@ -36,7 +36,7 @@ pub(crate) fn read(folder: &Path) -> Result<Option<Table>, Error> {
     Ok(Some(table))
 }
 
-/// The Parquet files below `data`, in folders of one level, by name.
+/// The Parquet files in `data`, in folders of one level, by name.
 fn files(data: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![data.to_path_buf()];
@@ -71,7 +71,7 @@ fn append(all: &mut Table, next: &Table) -> Result<(), String> {
     Ok(())
 }
 
-/// Which motors the arrays hold, in sentences.
+/// The motors of the arrays, in sentences.
 fn names(info: &Path) -> Result<Vec<String>, Error> {
     let file = info.display().to_string();
     let bytes = source::read(info, MAX_INFO_BYTES).map_err(|e| Error::at(&file, 0, format!("cannot be read: {e}")))?;
@@ -102,7 +102,7 @@ fn names(info: &Path) -> Result<Vec<String>, Error> {
 #[cfg(feature = "parquet")]
 #[cfg(test)]
 mod tests {
-    use crate::{Cells, ColumnNames, LogSource, Names, parquet_bytes};
+    use crate::{Cells, ColumnNames, LogSource, NamePattern, parquet_bytes};
 
     #[test]
     fn episodes_in_files_are_one_log() {
@@ -126,7 +126,7 @@ mod tests {
             let bytes = parquet_bytes(&columns).unwrap();
             std::fs::write(folder.join(format!("data/chunk-000/episode_00000{episode}.parquet")), bytes).unwrap();
         }
-        let names = ColumnNames { position: Some(Names::Pattern("state_{}".into())), ..ColumnNames::default() };
+        let names = ColumnNames { position: Some(NamePattern::Pattern("state_{}".into())), ..ColumnNames::default() };
         let (source, columns) = LogSource::open(&folder, &["a".into()], &names).unwrap();
         assert_eq!((source.report().kept, source.report().left_out.episodes_by_column), (300, 2));
         assert!(columns.notes.iter().any(|n| n == "observation.state_1 .. observation.state_2 are a.pos, b.pos"));

@@ -1,25 +1,25 @@
-//! The parts that every kind of recording has: messages of channels.
+//! The common elements of all kinds of recordings: channels and their messages.
 
-/// A topic as a recording describes it.
+/// A topic of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its name.
+    /// Name of the topic.
     pub topic: String,
     /// The name of the message type: `sensor_msgs/msg/JointState`.
     pub schema: String,
-    /// How messages are written: `cdr`, `ros1`.
+    /// The encoding of the messages: `cdr`, `ros1`.
     pub encoding: String,
-    /// How their type is defined and the definition, where the recording carries it.
+    /// The language of the type's definition and the definition, where the recording has it.
     pub definition: Option<(String, String)>,
 }
 
 /// A message of a channel.
 pub struct Message<'a> {
-    /// Where it was published.
+    /// The channel of the message.
     pub channel: &'a Channel,
-    /// ns, when the recorder got the message.
+    /// Time at which the recorder received the message, ns.
     pub log_time: i64,
-    /// Its bytes, encoded as the channel says.
+    /// Its bytes, in the encoding of the channel.
     pub data: &'a [u8],
 }
 
@@ -28,9 +28,9 @@ pub type Receiver<'a> = dyn FnMut(&Message) -> Result<(), String> + 'a;
 
 /// The result of reading a file.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub struct ReadOutcome {
     /// The channels of the file.
     pub channels: Vec<Channel>,
-    /// Up to where the file was read, if not to its end.
+    /// The position up to which the file was read, if not to its end.
     pub cut: Option<String>,
 }

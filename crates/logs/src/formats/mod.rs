@@ -1,4 +1,4 @@
-//! The formats that logs come in, one reader each.
+//! The file formats of logs, one reader each.
 
 pub(crate) mod arrays;
 mod cell_ends;

@@ -1,9 +1,9 @@
 //! Arrays of NumPy (.npz, .npy) as a table of named columns.
 //!
-//! `arrays` says how arrays become columns. A .npz is a zip of .npy files, stored or deflated. Only the variants of
-//! both that NumPy writes are read here. An array is unpacked piece by piece. The sizes in the zip are not trusted: its
-//! files must not overlap, and all arrays together stay within the [`Budget`] of the file and hold at most
-//! [`MAX_CELLS`] numbers. An array of numbers that is not read is noted.
+//! `arrays` defines the columns of an array. A .npz is a zip of .npy files, stored or deflated. Only the variants that NumPy
+//! writes are read here. An array is decompressed block by block. The sizes in the zip are not trusted: its files must not
+//! overlap, and all arrays together stay within the [`Budget`] of the file and have at most [`MAX_CELLS`] numbers. An array of
+//! numbers that is not read is noted.
 
 use std::io::Read;
 
@@ -13,16 +13,16 @@ use crate::Error;
 use crate::formats::arrays::Array;
 use crate::table::{MAX_CELLS, Table};
 
-/// Bytes of all arrays, unpacked.
+/// Greatest size of all arrays, decompressed, bytes.
 const MAX_ARRAY_BYTES: usize = 8 * MAX_CELLS;
 
-/// Bytes of an array that are unpacked at a time.
-const BYTES_PER_PIECE: usize = 1 << 16;
+/// Bytes of an array that are decompressed at a time.
+const BYTES_PER_BLOCK: usize = 1 << 16;
 
-/// Largest head of an array. NumPy writes some hundred bytes.
+/// Greatest size of the head of an array, bytes. NumPy writes some hundred.
 const MAX_HEAD_BYTES: usize = 1 << 16;
 
-/// Reads the arrays of a file within a budget; a lone .npy has no names and is refused.
+/// Reads the arrays of a file within a budget; a single .npy has no names and is refused.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     if bytes.starts_with(b"\x93NUMPY") {
@@ -41,7 +41,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
                 None
             }
         };
-        // The bound is on all arrays together, before they become columns.
+        // The bound holds for all arrays together, before they become columns.
         if let Some(array) = found {
             numbers += array.values.len();
             if numbers > MAX_CELLS {
@@ -66,19 +66,19 @@ fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {
 }
 
 /// A file in the zip.
-struct Entry<'a> {
+struct ZipEntry<'a> {
     name: String,
     method: usize,
     packed: &'a [u8],
-    /// Bytes unpacked, as the zip says.
+    /// Decompressed size according to the zip, bytes.
     size: usize,
 }
 
 /// Every file in a zip, by its central directory.
 ///
-/// Fails when files overlap or claim more than [`MAX_ARRAY_BYTES`] together.
-fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
-    // The end of the directory: how many files, and where their records begin.
+/// Fails when files overlap or their sizes exceed [`MAX_ARRAY_BYTES`] in total.
+fn entries(bytes: &[u8]) -> Result<Vec<ZipEntry<'_>>, String> {
+    // The end of the directory: the number of files, and the position of their records.
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
     let count = number(bytes, end + 10, 2)?;
     let mut at = number(bytes, end + 16, 4)?;
@@ -92,7 +92,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         let (name, extra, comment) =
             (number(bytes, at + 28, 2)?, number(bytes, at + 30, 2)?, number(bytes, at + 32, 2)?);
         let local = number(bytes, at + 42, 4)?;
-        // Name, extra field and comment follow each record; the file itself begins behind its local head.
+        // Name, extra field and comment follow each record; the file itself begins after its local head.
         let text = bytes.get(at + 46..at + 46 + name).ok_or("the zip ends too early")?;
         let text = String::from_utf8_lossy(text).into_owned();
         let start = local + 30 + number(bytes, local + 26, 2)? + number(bytes, local + 28, 2)?;
@@ -103,10 +103,10 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
             return Err(format!("with `{text}` its arrays claim {all} bytes; at most {MAX_ARRAY_BYTES} are read"));
         }
         places.push((local, start + packed));
-        out.push(Entry { name: text, method, packed: content, size });
+        out.push(ZipEntry { name: text, method, packed: content, size });
         at += 46 + name + extra + comment;
     }
-    // Files that overlap would be unpacked many times over.
+    // Overlapping files could be decompressed many times.
     places.sort_unstable();
     if places.windows(2).any(|pair| pair[1].0 < pair[0].1) {
         return Err("the files in the zip overlap: it is damaged, or made to unpack without end".into());
@@ -114,8 +114,8 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
     Ok(out)
 }
 
-/// The bytes of a file in the zip, unpacked while they are read.
-fn content<'a>(entry: &Entry<'a>) -> Result<Box<dyn Read + 'a>, String> {
+/// The bytes of a file in the zip, decompressed while they are read.
+fn content<'a>(entry: &ZipEntry<'a>) -> Result<Box<dyn Read + 'a>, String> {
     match entry.method {
         0 => Ok(Box::new(entry.packed)),
         8 => Ok(Box::new(flate2::read::DeflateDecoder::new(entry.packed).take(entry.size as u64))),
@@ -123,7 +123,7 @@ fn content<'a>(entry: &Entry<'a>) -> Result<Box<dyn Read + 'a>, String> {
     }
 }
 
-/// What a .npy holds.
+/// The content of a .npy.
 enum ArrayContent {
     Numbers(Array),
     /// Texts, truth values, or no element.
@@ -135,10 +135,10 @@ enum ArrayContent {
 /// The types of numbers that are read.
 const NUMBER_TYPES: [&str; 8] = ["<f8", "<f4", "<i8", "<u8", "<i4", "<i2", ">f8", ">f4"];
 
-/// Times that the numbers of an array are in memory at once: as they stand in the file and as columns.
-const COPIES: usize = 2;
+/// Copies of the numbers of an array in memory at once: the array and the columns.
+const COPIES_OF_AN_ARRAY: usize = 2;
 
-/// As many bytes as `out` takes, or fewer at the end.
+/// Fills `out`, or less at the end of the data; gives the number of bytes.
 fn filled(reader: &mut dyn Read, out: &mut [u8]) -> Result<usize, String> {
     let mut count = 0;
     while count < out.len() {
@@ -179,15 +179,15 @@ fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayCo
         return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
     }
     if !NUMBER_TYPES.contains(&kind.as_str()) {
-        // A list of fields, each with a type of its own.
+        // A list of fields, each with its own type.
         if kind.starts_with('[') || kind.contains('V') {
             return Ok(ArrayContent::Unread("records".into()));
         }
-        // Texts and truth values are no signal.
+        // Texts and truth values are no signals.
         let is_number = kind.contains(['f', 'i', 'u', 'c', 'O', 'm', 'M']);
         return Ok(if is_number { ArrayContent::Unread(kind) } else { ArrayContent::Nothing });
     }
-    budget.draw(count.saturating_mul(COPIES * size_of::<f64>()))?;
+    budget.draw(count.saturating_mul(COPIES_OF_AN_ARRAY * size_of::<f64>()))?;
     let data = &mut content;
     let values = match kind.as_str() {
         "<f8" => take(data, count, f64::from_le_bytes)?,
@@ -206,22 +206,22 @@ fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayCo
     Ok(ArrayContent::Numbers(Array { shape, values }))
 }
 
-/// `count` numbers of N bytes each. Memory is taken as they come.
+/// `count` numbers of N bytes each. Memory grows as they arrive.
 fn take<const N: usize>(
     content: &mut dyn Read,
     count: usize,
     read: impl Fn([u8; N]) -> f64,
 ) -> Result<Vec<f64>, String> {
-    let mut piece = [0; BYTES_PER_PIECE];
+    let mut piece = [0; BYTES_PER_BLOCK];
     let mut values = Vec::new();
     while values.len() < count {
-        let wanted = (N * (count - values.len())).min(BYTES_PER_PIECE / N * N);
+        let wanted = (N * (count - values.len())).min(BYTES_PER_BLOCK / N * N);
         let found = filled(content, &mut piece[..wanted])?;
         if found < wanted {
             return Err("the data are cut short".into());
         }
         if values.capacity() - values.len() < wanted / N {
-            // Twice as many, but never more than the array has.
+            // Twice the size, but at most the size of the array.
             values.reserve_exact(values.len().max(wanted / N).min(count - values.len()));
         }
         values.extend(piece[..wanted].as_chunks::<N>().0.iter().map(|number| read(*number)));
@@ -328,7 +328,7 @@ mod tests {
         let table = Table::from_bytes("log.npz", &table).unwrap();
         assert_eq!(table.columns[1], [1.0, 2.5]);
         assert_eq!(table.notes, ["array `tau1` holds `<f2`, which is not read: save it as float64"]);
-        // Fields by name, as NumPy writes the type of a structured array: a list.
+        // Fields by name, in NumPy's notation for the type of a structured array: a list.
         let fields = npy("", "(2,)", "False", &[0; 32]);
         let text = String::from_utf8_lossy(&fields).replace("'',", "[('a', '<f8'), ('b', '<f8')],");
         let head = text.find('{').unwrap();
@@ -359,7 +359,7 @@ mod tests {
         let file = zip(&[("q.npy", empty, false), ("dt.npy", dt.clone(), false)]);
         assert!(message(&file).contains("no array holds samples"), "{}", message(&file));
         let mut file = zip(&[("a.npy", dt.clone(), false), ("b.npy", dt, false)]);
-        // The second of the directory points at the first.
+        // The second file of the directory points at the first.
         let last = file.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
         file[last + 42..last + 46].fill(0);
         assert!(message(&file).contains("overlap"), "{}", message(&file));

@@ -1,10 +1,10 @@
-//! A row of text of whose cells both ends are known.
+//! Reads a row of text with known ends of its cells.
 
 use crate::formats::number::{leading, short};
 use crate::formats::rows::{Block, Dialect};
 
 impl Dialect {
-    /// Reads the row that begins at `at`, of which the `ends` of all cells are known; returns where the next line begins.
+    /// Reads the row that begins at `at`, with the known `ends` of all cells; returns the start of the next line.
     #[inline(always)]
     pub(super) fn read_plain_row(
         &self,
@@ -31,7 +31,7 @@ impl Dialect {
         start
     }
 
-    /// The number of the cell of this `length` that bytes begin with.
+    /// The number of the cell of this `length` at the start of the bytes.
     #[inline(never)]
     fn long(&self, bytes: &[u8], length: usize, line: usize, text: &mut Option<(usize, String)>) -> f64 {
         let cell = bytes[..length].trim_ascii();
@@ -83,7 +83,7 @@ mod tests {
                     0 => text.push_str("# a comment; with, cells\n"),
                     1 => text.push_str("\r\n"),
                     short => {
-                        // Some rows have a cell less or more.
+                        // Some rows have one cell less or more.
                         let width = if short < 5 { width + short - 3 } else { width };
                         let some = (0..width.max(1)).map(|_| cells[any(cells.len())]);
                         let row: Vec<&str> = some.filter(|cell| delimiter != b',' || !cell.contains(',')).collect();

@@ -1,9 +1,8 @@
-//! Rows of delimited text, cut at their ends and read into columns.
+//! Rows of delimited text, split into blocks and read into columns.
 //!
-//! A block of whole rows is read by itself, so that several are read at once. A number is parsed in place. Only a cell
-//! that is no plain number up to its delimiter is cut out first. A quotation mark at the start of a cell encloses
-//! delimiters and ends of lines, and inside it two marks are one. `#` at the start of a line makes it a comment. Blank
-//! lines are no rows.
+//! Blocks of whole rows are independent, so several are read in parallel. A number is parsed in place. Only a cell that is no
+//! plain number up to its delimiter is copied first. A quotation mark at the start of a cell encloses delimiters and line ends;
+//! inside it two marks stand for one. `#` at the start of a line makes it a comment. Blank lines are no rows.
 
 use std::borrow::Cow;
 
@@ -15,30 +14,30 @@ use crate::formats::cell_ends::CellEnds;
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
 
-/// The delimiter of cells, and which columns are wanted.
+/// The delimiter of cells, and the wanted columns.
 #[derive(Clone, Debug)]
 pub(super) struct Dialect {
     /// `None`: runs of blanks.
     pub delimiter: Option<u8>,
-    /// One per column of the header.
+    /// Whether a column is wanted, one per column of the header.
     pub wanted: Vec<bool>,
 }
 
 /// Rows that were read.
 #[derive(Debug)]
 pub(super) struct Block {
-    /// Column after column, `room` numbers each; columns that are not wanted have none.
+    /// Column after column, `room` numbers each; unwanted columns have none.
     pub data: Vec<f64>,
     room: usize,
     /// Number of rows.
     pub rows: usize,
-    /// Where they stand.
+    /// Their lines in the file.
     pub lines: Lines,
     /// For each column the first cell that holds text: its line and the text.
     pub texts: Vec<Option<(usize, String)>>,
     /// Rows with fewer or more cells than there are columns.
     pub ragged: Vec<usize>,
-    /// Ends of lines that were passed.
+    /// Number of line ends.
     pub ends: usize,
 }
 
@@ -58,7 +57,7 @@ impl Dialect {
         byte == b'\n' || byte == b'\r' || self.delimiter.map_or_else(|| byte.is_ascii_whitespace(), |d| byte == d)
     }
 
-    /// The place behind the blanks at `at` where blanks delimit cells, else `at` itself.
+    /// The position after the blanks at `at` where blanks are the delimiter, else `at`.
     fn behind_blanks(&self, bytes: &[u8], at: usize) -> usize {
         if self.delimiter.is_some() {
             return at;
@@ -66,7 +65,7 @@ impl Dialect {
         at + bytes[at..].iter().take_while(|b| self.is_blank(**b)).count()
     }
 
-    /// If a line that is no row (blank, or a comment) begins at `at`, the place behind it.
+    /// If a line without a row (blank, or a comment) begins at `at`, the position after it.
     fn behind_no_row(&self, bytes: &[u8], at: usize) -> Option<usize> {
         let first = self.behind_blanks(bytes, at);
         match bytes.get(first) {
@@ -80,7 +79,7 @@ impl Dialect {
         }
     }
 
-    /// The cell that begins at `at`, trimmed, and the place of what ends it.
+    /// The cell that begins at `at`, trimmed, and the position of its end.
     fn cell<'a>(&self, bytes: &'a [u8], at: usize) -> (Cow<'a, [u8]>, usize) {
         let end = |from: usize| {
             let length = match self.delimiter {
@@ -107,13 +106,13 @@ impl Dialect {
             text.push(b'"');
             from += 1;
         }
-        // What stands behind the closing mark belongs to the cell.
+        // Text after the closing mark belongs to the cell.
         let end = end(from);
         text.extend_from_slice(&bytes[from..end]);
         (Cow::Owned(text.trim_ascii().to_vec()), end)
     }
 
-    /// The first row, and the bytes and the ends of lines up to behind it; `None` without a row.
+    /// The first row, with the number of bytes and of line ends up to its end; `None` without a row.
     pub(super) fn first_row(&self, bytes: &[u8]) -> Option<FirstRow> {
         let (mut at, mut above) = (0, 0);
         while let Some(next) = self.behind_no_row(bytes, at) {
@@ -137,7 +136,7 @@ impl Dialect {
         Some(FirstRow { cells, bytes: end, ends: above + inside + usize::from(end > at) })
     }
 
-    /// Where the next cell of the row begins; `None` if `at` is the end of the row.
+    /// The start of the next cell of the row; `None` if `at` is the end of the row.
     fn behind_cell(&self, bytes: &[u8], at: usize) -> Option<usize> {
         match self.delimiter {
             Some(d) => (bytes.get(at) == Some(&d)).then_some(at + 1),
@@ -155,7 +154,7 @@ impl Dialect {
             let (bytes, most) = self.whole_rows_by_cell(bytes, most, last);
             return WholeRows { bytes, most, are_plain: false };
         }
-        // A row is short, so that all ends are sooner counted than found.
+        // Rows are short, so counting all line ends is faster than locating them.
         let mut count = memchr_iter(b'\n', bytes).count();
         let mut end = memrchr(b'\n', bytes).map_or(0, |at| at + 1);
         if count > most {
@@ -186,7 +185,7 @@ impl Dialect {
                     (at, behind_end(bytes, self.behind_blanks(bytes, at)))
                 }
             };
-            // Unless the text ends here, a cell or an end of line of two bytes may go on behind the last byte.
+            // Unless the text ends here, a cell or a line end of two bytes may continue after the last byte.
             let is_whole = next < bytes.len() || last || (next > text && bytes[next - 1] == b'\n');
             if !is_whole {
                 break;
@@ -201,7 +200,7 @@ impl Dialect {
         widely(Reading { dialect: self, bytes: &bytes[..rows.bytes], rows })
     }
 
-    /// Reads the row that begins at `at`; returns where the next line begins.
+    /// Reads the row that begins at `at`; returns the start of the next line.
     #[inline]
     fn read_row(&self, bytes: &[u8], at: usize, places: &[Option<usize>], block: &mut Block) -> usize {
         let (row, line, width) = (block.rows, block.ends, places.len());
@@ -240,7 +239,7 @@ impl Dialect {
                 None => break,
             }
         }
-        // An empty cell behind a delimiter at the end of a row does not count.
+        // An empty cell after a delimiter at the end of a row does not count.
         if column < width || more {
             block.ragged.push(row);
         }
@@ -250,7 +249,7 @@ impl Dialect {
         end
     }
 
-    /// The number of a cell; NaN if it holds text, of which the first is kept.
+    /// The number of a cell; NaN if it is text; the first text is stored.
     pub(super) fn number(&self, cell: &[u8], line: usize, text: &mut Option<(usize, String)>) -> f64 {
         number(cell, self.delimiter).unwrap_or_else(|| {
             text.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).into_owned()));
@@ -259,18 +258,18 @@ impl Dialect {
     }
 }
 
-/// Rows with their ends.
+/// A block of whole rows.
 #[derive(Clone, Copy)]
 pub(super) struct WholeRows {
-    /// Bytes up to behind them.
+    /// Number of bytes of the rows.
     pub bytes: usize,
-    /// Their number is at most this.
+    /// Greatest number of rows.
     pub most: usize,
-    /// Each ends with a line feed, and none has quotation marks.
+    /// Whether each row ends with a line feed and has no quotation marks.
     pub are_plain: bool,
 }
 
-/// The reading of rows.
+/// The task of reading rows.
 struct Reading<'a> {
     dialect: &'a Dialect,
     bytes: &'a [u8],
@@ -284,7 +283,7 @@ impl Work for Reading<'_> {
     fn run(self) -> Block {
         let Reading { dialect, bytes, rows } = self;
         let room = rows.most;
-        // Where the numbers of each column begin, if it is wanted.
+        // The start of the numbers of each wanted column.
         let mut wanted = 0;
         let places: Vec<Option<usize>> = dialect
             .wanted
@@ -323,15 +322,15 @@ impl Work for Reading<'_> {
 
 /// A row as texts.
 pub(super) struct FirstRow {
-    /// Trimmed.
+    /// The trimmed cells.
     pub cells: Vec<Vec<u8>>,
-    /// Bytes up to behind it.
+    /// Number of bytes up to the end of the row.
     pub bytes: usize,
-    /// Ends of lines up to behind it.
+    /// Number of line ends up to the end of the row.
     pub ends: usize,
 }
 
-/// The first byte behind the end of a line at `at`.
+/// The first byte after the line end at `at`.
 fn behind_end(bytes: &[u8], at: usize) -> usize {
     match (bytes.get(at), bytes.get(at + 1)) {
         (Some(b'\r'), Some(b'\n')) => at + 2,

@@ -1,11 +1,11 @@
-//! Tables that are written.
+//! Tables as files.
 
 use crate::error::Error;
 use crate::formats::cells::Cells;
 
 /// The bytes of a Parquet file of these named columns, which have the same length.
 ///
-/// Fails where a name stands there twice or the lengths differ, and without the feature `parquet`.
+/// Fails where a name occurs twice or the lengths differ, and without the feature `parquet`.
 pub fn parquet_bytes(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, Error> {
     #[cfg(feature = "parquet")]
     let written = crate::formats::parquet::write::written(columns).map_err(|e| e.to_string());

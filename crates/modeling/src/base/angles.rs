@@ -1,7 +1,7 @@
 //! The angles of a graph that are ratios of its symbols, and the numbers that are products of such ratios.
 //!
-//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power: with w the point of q over the common
-//! denominator D of all such ratios, that of q is w^D, that of (n/d) q is w^(D n/d), products taken as of complex numbers.
+//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power. Let D be the common denominator of all
+//! such ratios and w = exp(i q/D): then exp(i q) = w^D and exp(i (n/d) q) = w^(D n/d).
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use expr::{Expr, Graph, Node, Symbol};
 use crate::base::field::{DIGITS, Residue, short_ratio};
 
 /// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
-pub(crate) struct Angles {
-    /// Argument -> the symbol and by which power of its point it turns.
+pub(crate) struct GraphAngles {
+    /// Argument -> the symbol, and the power of the symbol's point that gives the point of the argument.
     powers: BTreeMap<Expr, (Symbol, u128)>,
     /// The common denominator of each symbol's ratios.
     common: BTreeMap<Symbol, u128>,
@@ -19,8 +19,8 @@ pub(crate) struct Angles {
     products: BTreeMap<u64, Residue>,
 }
 
-impl Angles {
-    pub(crate) fn of(graph: &Graph) -> Angles {
+impl GraphAngles {
+    pub(crate) fn of(graph: &Graph) -> GraphAngles {
         let mut ratios: BTreeMap<Expr, (Symbol, (i64, i64))> = BTreeMap::new();
         for node in graph.nodes() {
             if let Node::Sin(argument) | Node::Cos(argument) = *node
@@ -29,7 +29,7 @@ impl Angles {
                 ratios.insert(argument, ratio);
             }
         }
-        // The common denominator of each symbol; none where it is beyond all bounds.
+        // The common denominator of each symbol; None where it exceeds MAX_POWER.
         let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
         for (symbol, (_, d)) in ratios.values() {
             let sum = common.entry(*symbol).or_insert(Some(1));
@@ -41,15 +41,15 @@ impl Angles {
         };
         let powers = ratios.iter().filter_map(power).collect();
         let common = common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect();
-        Angles { powers, common, products: products(graph) }
+        GraphAngles { powers, common, products: products(graph) }
     }
 
-    /// The element of a number of the graph.
+    /// The field element of a number of the graph.
     pub(crate) fn number(&self, x: f64) -> Residue {
         self.products.get(&x.to_bits()).copied().unwrap_or_else(|| Residue::number(x))
     }
 
-    /// The symbol of an argument, and by which power of its point it turns.
+    /// The symbol of an argument, and the power of the symbol's point that gives the point of the argument.
     pub(crate) fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
         self.powers.get(&argument).copied()
     }
@@ -61,11 +61,11 @@ impl Angles {
     }
 }
 
-/// Digits of the factors of a product. Of other doubles one in a thousand is such a decimal but for its rounding.
+/// Digits of the factors of a product. About one in a thousand other doubles is within rounding of such a decimal.
 const FACTOR_DIGITS: usize = 12;
 
-/// The numbers of a graph that are products of two others and have more digits than a double: where two joints follow one
-/// coordinate, the torque of a body has the product of their ratios.
+/// The numbers of a graph that are products of two other numbers and have more digits than a double holds: where two joints
+/// follow one coordinate, the torque of a body contains the product of their ratios.
 fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     let constant = |node: &Node| if let Node::Constant(x) = node { Some(*x) } else { None };
     let is_short = |x: &f64| short_ratio(*x, FACTOR_DIGITS).is_some();
@@ -81,7 +81,7 @@ fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     long.into_iter().filter_map(product).collect()
 }
 
-/// The largest power an angle is taken to.
+/// Bound of the powers to which the point of an angle is raised.
 const MAX_POWER: u128 = 1 << 100;
 
 pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
@@ -92,7 +92,7 @@ pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
     (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
 }
 
-/// A symbol, or a positive ratio of small integers times one.
+/// The symbol s and the ratio n/d of an argument s or (n/d) s, where n/d is positive with small integers; else `None`.
 fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
     let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
     match graph.node(argument) {

@@ -1,19 +1,19 @@
-//! The base parameters: the least set on which the torque depends, and what was absorbed into each.
+//! The base parameters: the smallest set that determines the torque, and the parameters that each one absorbed.
 //!
 //! tau = D X = D_base X_base. The columns of D_base are columns of D, kept from left to right (links
-//! in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA) when they are independent of those
-//! kept before, in a finite field where loops allow it ([`crate::base::exact_rank`]), else by the numbers
+//! in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA) when they are independent of the columns
+//! kept before: in a finite field where loops allow it ([`crate::base::exact_rank`]), else numerically
 //! ([`crate::base::rank`]). A dropped column is a combination of kept
-//! ones, D_d = sum_k beta_k D_k, and its parameter joins theirs:
+//! columns, D_d = sum_k beta_k D_k, and its parameter is added to theirs:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
-//! The numbers must find the same rank, and the chosen columns independent; where they find fewer because columns of the
-//! field are too weak for them, the numeric ones are kept and those named ([`Weak`]). The beta are exact in the robot's
-//! symbols ([`crate::base::regrouping`]) and are checked against the numeric ones. Where any of this fails there are no
-//! base parameters ([`crate::base::gate`]). Their text is written only on request
-//! ([`crate::base::written_rules`]).
+//! The numeric rank must equal the rank in the field, and the chosen columns must be numerically independent. Where the
+//! numeric rank is lower because some columns are too weak, the numeric columns are kept and the weak ones are listed
+//! ([`WeakParameter`]). The beta are exact in the robot's symbols ([`crate::base::regrouping`]) and are checked against
+//! the numeric beta. Where any of this fails there are no base parameters ([`crate::base::gate`]). The text of the rules
+//! is written only on request ([`crate::base::written_rules`]).
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ use robot::{Robot, StandardParameter};
 use crate::base::closed::closed_rank::{ClosedRank, closed_rank};
 use crate::base::evidence::{ExactRank, Rank};
 use crate::base::exact_rank::independent_columns;
-use crate::base::gate::{clear_cut, held_against_numbers, of_one_rank, stand_out};
+use crate::base::gate::{clear_cut, compared_with_numbers, of_one_rank, stand_out};
 use crate::base::names;
 use crate::base::rank::{Scan, scan};
 use crate::base::regrouping::{Regrouping, Share, Shares, regrouping};
@@ -40,19 +40,19 @@ use crate::derivation::Derivation;
 pub struct BaseParameters {
     /// The standard parameters, in the order of the columns of D.
     pub standard: Vec<StandardParameter>,
-    /// In the order of the columns of D_base.
+    /// The base parameters, in the order of the columns of D_base.
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Those that are independent for almost every robot of this structure, but at these numbers so weak that no motion
-    /// shows them: they are left out.
-    pub weak: Vec<Weak>,
+    /// Parameters that are independent for almost every robot of this structure, but whose columns are so weak at these
+    /// numbers that no motion excites them: they are omitted.
+    pub weak: Vec<WeakParameter>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
-    /// What rules and coefficients may name, with its value, m or rad: the symbols of the file, and numbers by their place
-    /// (`d3`, `alpha5`; always their magnitude).
+    /// The constants that rules and coefficients may name, with their values in m or rad: the symbols of the file, and
+    /// numbers by their place (`d3`, `alpha5`; always their magnitude).
     pub constants: Vec<(String, f64)>,
-    /// Why there are none: these are the standard parameters, each for itself.
+    /// Why there are no base parameters; `base` then holds the standard parameters, each for itself.
     pub refused: Option<UnclearRank>,
     /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
@@ -66,19 +66,19 @@ pub struct BaseParameter {
     pub name: String,
     /// Its column in D.
     pub column: usize,
-    /// Itself first, then what it absorbed, by column.
+    /// The parameter itself first, then the parameters that it absorbed, by column.
     pub terms: Vec<Term>,
-    /// What its column adds to those before it, relative to the largest column: what weight it can have in
-    /// the torque.
+    /// Norm of the component of its column that is independent of the columns before it, relative to the norm of the
+    /// largest column: a bound of its weight in the torque.
     pub share: f64,
 }
 
-/// A standard parameter whose column no motion shows.
+/// A standard parameter whose column is too weak for every motion.
 #[derive(Clone, Copy, Debug)]
-pub struct Weak {
+pub struct WeakParameter {
     /// Its column in D.
     pub column: usize,
-    /// What is left out of its column, relative to the largest column in the torque of the same joint.
+    /// The omitted component of its column, relative to the largest column in the torque of the same joint.
     pub share: f64,
 }
 
@@ -143,32 +143,32 @@ impl BaseParameters {
 }
 
 impl Derivation<'_> {
-    /// The base parameters of `regressor`, which must be this derivation's; refused when the rank is
-    /// not clear-cut.
+    /// The base parameters of `regressor`, which must be the regressor of this derivation. Fails when the rank is not
+    /// clear-cut.
     pub fn base_parameters(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         let robot = self.robot;
         let standard = StandardParameter::all(robot);
         let Settled { scan, regrouping, weak, left_out, rank } = settled(self, regressor, &standard)?;
         let shares = &regrouping.shares;
 
-        // Each kept column is a base parameter; a dropped one that joins none has no effect.
+        // Each kept column is a base parameter. A dropped column that is part of no base parameter has no effect.
         let base: Vec<BaseParameter> =
             scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
         let no_effect = (0..standard.len())
             .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
             .filter(|c| !left_out.contains_key(c))
             .collect();
-        let weak = weak.into_iter().map(|column| Weak { column, share: left_out[&column] }).collect();
+        let weak = weak.into_iter().map(|column| WeakParameter { column, share: left_out[&column] }).collect();
         let places = self.constants.places(&self.graph);
         let constants = constants(regressor, &places);
         let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
         Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
     }
 
-    /// The same, but where they are refused although all numbers are finite, the standard parameters, each for itself
-    /// ([`BaseParameters::refused`]): what follows from those is right at any rank.
+    /// The base parameters of `regressor`; where they are refused although all numbers are finite, the standard parameters,
+    /// each for itself ([`BaseParameters::refused`]). Results that follow from the standard parameters are right at any rank.
     ///
-    /// Fails where a torque is no finite number.
+    /// Fails where a torque is not finite, or where the loops never close.
     pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         self.base_parameters(regressor).or_else(|refused| match refused {
             UnclearRank::NotFinite { .. } | UnclearRank::NeverCloses(_) => Err(refused),
@@ -193,13 +193,13 @@ fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
 }
 
-/// Which columns are kept, and what the others are made of.
+/// The kept columns, and the relations of the dropped columns to them.
 struct Settled {
     scan: Scan,
     regrouping: Regrouping,
     /// Columns of the field that are too weak to be kept.
     weak: Vec<usize>,
-    /// By column whose relation leaves out what weak ones add: how much, relative to the largest.
+    /// Column whose relation omits the contribution of weak columns -> size of the omission relative to the largest column.
     left_out: BTreeMap<usize, f64>,
     rank: Rank,
 }
@@ -229,13 +229,13 @@ fn settled(
             Err(reason) => (ExactRank::Unknown(reason), Vec::new()),
         }
     };
-    let Choice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
+    let ColumnChoice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
     // The beta of each dropped column.
     let mut related = |scan: Scan, weak: &[usize]| {
         let points = closed.as_ref().map(|closed| &closed.points);
         let regrouping = regrouping(derivation, regressor, standard, &scan, points);
-        held_against_numbers(&scan, &regrouping, weak, name).map(|()| (scan, regrouping))
+        compared_with_numbers(&scan, &regrouping, weak, name).map(|()| (scan, regrouping))
     };
     let mut weak = Vec::new();
     let (scan, regrouping) = match chosen.and_then(|scan| related(scan, &[])) {
@@ -263,7 +263,7 @@ fn settled(
     Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
-/// How each relation is known: exactly, at general points, by numbers.
+/// Counts the relations by how they are known: exactly, at general points, numerically.
 fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
@@ -298,31 +298,31 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
 }
 
 /// The columns that may be kept.
-struct Choice {
-    /// By the numbers alone.
+struct ColumnChoice {
+    /// The numerically independent columns.
     numeric: Scan,
-    /// Whether they leave a clear gap.
+    /// Whether the numeric distances have a clear gap.
     is_clear: Result<(), UnclearRank>,
-    /// Those of the field, where they stand out by the numbers; without such those of the numbers.
+    /// The columns of the field where their numeric distances stand out; the numeric columns where the field has no result.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
-    /// Those of the field.
+    /// The columns that are independent in the field.
     columns: Vec<usize>,
 }
 
-/// The columns to keep, with the evidence of the numbers: those of the field where there are such. `exact` may ask
-/// whether columns stand out by the numbers.
+/// The columns to keep, with the numeric evidence: the columns of the field where it has a result. `exact` may ask whether
+/// the numeric distances of given columns stand out.
 fn choice(
     triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
     name: impl Fn(usize) -> String,
-) -> Result<Choice, UnclearRank> {
+) -> Result<ColumnChoice, UnclearRank> {
     let not_finite =
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numbers alone draw the line at one distance for all robots. Where the chosen columns stand out of the others
-    // clearly, they may do so by less.
+    // The numeric scan alone has one threshold for all robots. Columns that the field has chosen may have smaller distances
+    // where these still stand out clearly.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());
@@ -335,10 +335,10 @@ fn choice(
         Some(_) => chosen(&columns),
         None => is_clear.clone().map(|()| numeric.clone()),
     };
-    Ok(Choice { numeric, is_clear, chosen, exact, columns })
+    Ok(ColumnChoice { numeric, is_clear, chosen, exact, columns })
 }
 
-/// The base parameter of a kept column: what it absorbs, and its name.
+/// The base parameter of a kept column: the parameters that it absorbs, and its name.
 fn base_parameter(
     robot: &Robot,
     standard: &[StandardParameter],

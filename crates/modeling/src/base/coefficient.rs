@@ -20,7 +20,7 @@ pub(crate) enum Atom {
     Sin(u32),
 }
 
-/// Powers of atoms, in order, none of them zero.
+/// Powers of atoms, sorted by atom, with exponents other than zero.
 pub(crate) type Monomial = Vec<(Atom, i32)>;
 
 /// A rational number: numerator, positive denominator, reduced.
@@ -45,7 +45,7 @@ impl Coefficient {
         Coefficient::product(Vec::new(), ratio)
     }
 
-    /// ratio * product of the monomial, which has no power of a sine above one.
+    /// ratio * monomial, where no sine in the monomial has an exponent above one.
     pub(crate) fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
         let mut c = Coefficient::zero();
         c.add_term(monomial, ratio);
@@ -56,7 +56,7 @@ impl Coefficient {
         self.terms.is_empty()
     }
 
-    /// An expression in named constants; `None` when it is no such polynomial (a division by a sum).
+    /// The coefficient of an expression in named constants; `None` when it is no Laurent polynomial (a division by a sum).
     pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {
@@ -64,7 +64,7 @@ impl Coefficient {
             _ => None,
         };
         let positive = match graph.node(e.abs()) {
-            Node::Constant(x) => Coefficient::ratio(dyadic(x)?),
+            Node::Constant(x) => Coefficient::ratio(short_fraction(x)?),
             Node::Symbol(_) => Coefficient::product(vec![(Atom::Length(symbol(e.abs())?), 1)], (1, 1)),
             Node::Cos(a) => Coefficient::product(vec![(Atom::Cos(symbol(a)?), 1)], (1, 1)),
             Node::Sin(a) => Coefficient::product(vec![(Atom::Sin(symbol(a)?), 1)], (1, 1)),
@@ -128,7 +128,7 @@ impl Coefficient {
         }
     }
 
-    /// The coefficient where each constant has its value.
+    /// The number that the coefficient has at the values of the constants.
     pub(crate) fn number(&self, graph: &Graph) -> f64 {
         let value = |s: u32| match graph.symbols()[s as usize].1 {
             SymbolKind::Constant(x) => x,
@@ -145,7 +145,7 @@ impl Coefficient {
         self.terms.iter().map(|(m, &(n, d))| m.iter().map(factor).fold(n as f64 / d as f64, |a, b| a * b)).sum()
     }
 
-    /// The coefficient where the constants are assigned these elements.
+    /// The field element of the coefficient where `constants` are assigned to its symbols.
     pub(crate) fn residue(&self, constants: &[Assignment]) -> Residue {
         let ratio =
             |n: i128, d: i128| Residue::integer((n % i128::from(P)) as i64) * Residue::integer(d as i64).inverse();
@@ -157,12 +157,12 @@ impl Coefficient {
         self.terms.len()
     }
 
-    /// As text; `name` is the name of a symbol.
+    /// The coefficient as text; `name` gives the name of a symbol.
     pub(crate) fn display<'a>(&'a self, name: &'a dyn Fn(u32) -> String) -> impl fmt::Display + 'a {
         Displayed { coefficient: self, name }
     }
 
-    /// The summands, each alone, unless together they are the square or the double of an angle.
+    /// The summands, each alone; the coefficient as one summand where [`double_angle`] writes it as one product.
     pub(crate) fn summands(&self) -> Vec<Coefficient> {
         if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
@@ -176,7 +176,7 @@ impl Coefficient {
     }
 }
 
-/// The element that a monomial is where its constants are assigned these.
+/// The field element of a monomial where `constants` are assigned to its symbols.
 pub(crate) fn residue(monomial: &Monomial, constants: &[Assignment]) -> Residue {
     monomial.iter().fold(Residue::ONE, |product, &(atom, k)| {
         let x = match atom {
@@ -221,11 +221,16 @@ fn reduced(n: i128, d: i128) -> Ratio {
     (n / g, d / g)
 }
 
-/// A number that is a ratio of small integers.
-fn dyadic(x: f64) -> Option<Ratio> {
-    [1i128, 2, 4, 8, 16, 1000, 1_000_000].into_iter().find_map(|d| {
+/// Denominators that [`short_fraction`] tries.
+const FRACTION_DENOMINATORS: [i128; 7] = [1, 2, 4, 8, 16, 1000, 1_000_000];
+/// Bound of the numerators of [`short_fraction`].
+const MAX_FRACTION_NUMERATOR: f64 = 1e9;
+
+/// The ratio of small integers that `x` equals; `None` where there is none.
+fn short_fraction(x: f64) -> Option<Ratio> {
+    FRACTION_DENOMINATORS.into_iter().find_map(|d| {
         let n = x * d as f64;
-        (n.fract() == 0.0 && n.abs() < 1e9).then(|| reduced(n as i128, d))
+        (n.fract() == 0.0 && n.abs() < MAX_FRACTION_NUMERATOR).then(|| reduced(n as i128, d))
     })
 }
 
@@ -243,7 +248,7 @@ impl fmt::Display for Displayed<'_> {
         if let Some(text) = double_angle(terms, self.name) {
             return f.write_str(&text);
         }
-        // Positive terms first reads better than a leading minus.
+        // Positive terms first, to avoid a leading minus.
         let ordered = terms.iter().filter(|t| t.1.0 > 0).chain(terms.iter().filter(|t| t.1.0 < 0));
         for (i, (monomial, &(n, d))) in ordered.enumerate() {
             match (i, n < 0) {
@@ -306,7 +311,7 @@ fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String)
     if terms.len() != 2 {
         return None;
     }
-    // One term has cos^2; the rest of it must stand beside it alone, times -1 or -1/2.
+    // Two terms: x cos^2, and the same x without cos^2, times -1 or -1/2.
     let (squared, &(n, d)) = terms.iter().find(|(m, _)| m.iter().any(|f| matches!(f, (Atom::Cos(_), 2))))?;
     let s = squared.iter().find_map(|f| if let (Atom::Cos(s), 2) = f { Some(*s) } else { None })?;
     let rest = multiplied(squared, &vec![(Atom::Cos(s), -2)]);

@@ -12,13 +12,14 @@ pub struct Rank {
     pub numeric: usize,
     /// The rank in a finite field, without a tolerance.
     pub exact: ExactRank,
-    /// Smallest relative distance of a kept column from the span of those before it.
+    /// Smallest relative distance of a kept column from the span of the columns before it.
     pub smallest_kept: f64,
-    /// Largest relative distance of a dropped one; zero columns count with their norm relative to
-    /// the largest column's.
+    /// Largest relative distance of a dropped column. The distance of a zero column is its norm relative to the norm of the
+    /// largest column.
     pub largest_dropped: f64,
-    /// The most that relations leave out of a column because others are too weak to be kept, relative to the largest
-    /// column in the torque of the same joint: D_base X_base differs from D X by this part of that of an equal parameter.
+    /// Largest component that a relation omits because columns are too weak to be kept, relative to the largest column in
+    /// the torque of the same joint: the bound of |D_base X_base - D X| for one parameter, relative to the torque of an equal
+    /// parameter with the largest column.
     pub left_out: f64,
     /// How many relations are proven in the symbols.
     pub exact_relations: usize,
@@ -28,7 +29,7 @@ pub struct Rank {
     pub numeric_relations: usize,
 }
 
-/// What a finite field says of the rank.
+/// The rank in a finite field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExactRank {
     /// The rank where every coordinate is free.
@@ -37,10 +38,10 @@ pub enum ExactRank {
     Closed {
         /// The rank.
         rank: usize,
-        /// Whether the loops have assemblies of another rank than the one of the start.
+        /// Whether the loops have other assemblies, with another rank than the assembly of the start.
         other_assemblies: bool,
     },
-    /// Nothing, and why.
+    /// The rank is not known, for this reason.
     Unknown(NoCertificate),
 }
 
@@ -53,7 +54,7 @@ impl ExactRank {
         }
     }
 
-    /// Why it is not known.
+    /// Why the rank is not known; `None` where it is known.
     pub fn reason(self) -> Option<NoCertificate> {
         match self {
             ExactRank::Unknown(reason) => Some(reason),
@@ -88,7 +89,7 @@ impl Rank {
         let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
         Rank {
             numeric: scan.kept.len(),
-            // Replaced by whoever knows.
+            // Replaced by the caller.
             exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,
@@ -99,8 +100,8 @@ impl Rank {
         }
     }
 
-    /// smallest_kept / largest_dropped, at least 1e3 for a clear-cut rank; infinite when nothing
-    /// dropped leaves any distance.
+    /// smallest_kept / largest_dropped, at least 1e3 for a clear-cut rank; infinite when every dropped column has the
+    /// distance zero.
     pub fn gap(&self) -> f64 {
         self.smallest_kept / self.largest_dropped
     }
@@ -108,10 +109,10 @@ impl Rank {
 
 /// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
 /// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
-/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient differs by its own size.
+/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient has a relative difference of about one.
 const RULE_ROUNDING: f64 = 1e-6;
 
-/// Whether rounding explains how an exact coefficient and a numeric one differ.
+/// Whether rounding explains the difference of an exact coefficient and a numeric one.
 pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
     (exact - numeric).abs() <= RULE_ROUNDING * (1.0 + exact.abs())
 }

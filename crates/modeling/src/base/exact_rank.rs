@@ -1,33 +1,39 @@
 //! The rank without a tolerance: the regressor in a finite field, where a zero is a zero.
 //!
-//! Lengths are random elements, coordinates and angles random points of the circle. What is exact in
-//! the robot stays exact: right angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios are the
-//! numbers they are. A column that is independent there is independent for almost every robot of this
-//! structure; the chance of an accident is below 1e-12 [Schwartz 1980].
+//! Lengths are random elements, coordinates and angles random points of the circle. Exact values of
+//! the robot stay exact: right angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios keep their
+//! values. A column that is independent in the field is independent for almost every robot of this
+//! structure; the probability of an error is below 1e-12 [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
 use expr::{Function, Graph, SymbolKind};
 
-use crate::base::angles::Angles;
+use crate::base::angles::GraphAngles;
 use crate::base::field::{Assignment, Residue, twelfth_turn};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// The columns that are independent of those before them, in their order.
+/// Seed of the random field elements.
+const FIELD_SEED: u64 = 1979;
+/// Random states beyond the number that fills the rank row by row.
+const EXTRA_STATES: usize = 2;
+/// Smallest number of random states: the eleven columns of one link may be non-zero in only one row of each state.
+const FEWEST_STATES: usize = 14;
+
+/// The columns that are independent of the columns before them, in ascending order.
 pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
-    let mut random = SplitMix(1979);
+    let mut random = SplitMix(FIELD_SEED);
     let graph = regressor.graph();
     let constants = assigned(graph, &mut random);
-    let angles = Angles::of(graph);
+    let angles = GraphAngles::of(graph);
 
     let output = &regressor.outputs[0];
     let (n, p) = (output.rows, output.columns);
     if n == 0 || p == 0 {
         return Vec::new();
     }
-    // A link's eleven columns may be non-zero in only one row of each state.
-    let n_states = (p.div_ceil(n) + 2).max(14);
+    let n_states = (p.div_ceil(n) + EXTRA_STATES).max(FEWEST_STATES);
     let mut echelon = Echelon::default();
     for _ in 0..n_states {
         let mut algebra = FieldAlgebra::new(graph, &angles, &constants, &mut random);
@@ -39,7 +45,7 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     echelon.columns()
 }
 
-/// The elements that stand for the constants: random, but for the cosine and sine of multiples of pi/12.
+/// The field elements assigned to the constants: random, except the exact cosine and sine of multiples of pi/12.
 pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> {
     let assign = |(_, kind): &(String, SymbolKind)| {
         let mut assignment = Assignment::random(random);
@@ -53,15 +59,15 @@ pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> 
     graph.symbols().iter().map(assign).collect()
 }
 
-/// Independent rows, each one at its first entry and zero before it.
+/// Independent rows in echelon form: the first non-zero entry of each row is one.
 #[derive(Default)]
 pub(crate) struct Echelon {
-    /// By the column of the first entry.
+    /// The rows by the column of their first non-zero entry.
     rows: BTreeMap<usize, Vec<Residue>>,
 }
 
 impl Echelon {
-    /// Whether the row is independent of those that were added before.
+    /// Adds a row. Returns whether it is independent of the rows that were added before.
     pub(crate) fn add(&mut self, mut row: Vec<Residue>) -> bool {
         for c in 0..row.len() {
             if row[c] == Residue::ZERO {
@@ -83,7 +89,7 @@ impl Echelon {
         false
     }
 
-    /// The columns that are independent of those before them: where the rows begin.
+    /// The columns that are independent of the columns before them: the pivot columns of the rows.
     pub(crate) fn columns(&self) -> Vec<usize> {
         self.rows.keys().copied().collect()
     }

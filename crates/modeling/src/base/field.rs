@@ -1,17 +1,17 @@
 //! The field of integers modulo the prime P = 2^61 - 465, where a zero is a zero.
 //!
-//! A polynomial identity that holds at random points of this field holds, up to a chance of
+//! A polynomial identity that holds at a random point of this field is true, with an error probability of
 //! degree / 2^61 per point [Schwartz 1980]. Lengths are random elements; an angle is a random point
-//! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24: the field has the square roots
-//! of two and three, so that every twelfth of pi has its cosine and sine, and none of minus one, so that 1 + t^2 is never
-//! zero.
+//! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24. So the field has the square roots
+//! of two and three, and every multiple of pi/12 has its cosine and sine. It has no square root of minus one, and 1 + t^2 is
+//! never zero.
 
 use random::SplitMix;
 
-/// 2^61 less this is P.
+/// 2^61 - P.
 const PRIME_OFFSET: u64 = 465;
 pub(crate) const P: u64 = (1 << 61) - PRIME_OFFSET;
-/// The roots of two and three modulo P.
+/// The square roots of two and three modulo P.
 const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
 const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
 
@@ -33,8 +33,8 @@ impl Residue {
         element(n) * element(d).inverse()
     }
 
-    /// The f64 as the rational it is: a ratio of small integers or a decimal where it is one but for rounding (a third,
-    /// 0.35), else the dyadic number.
+    /// The f64 as a rational number: a ratio of small integers or a decimal where it equals one within rounding (1/3, 0.35),
+    /// else the exact binary fraction.
     pub(crate) fn number(x: f64) -> Residue {
         match short_ratio(x, DIGITS) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
@@ -42,17 +42,18 @@ impl Residue {
         }
     }
 
+    /// The exact binary fraction of an f64: mantissa * 2^power.
     fn dyadic(x: f64) -> Residue {
         let bits = x.abs().to_bits();
         let exponent = (bits >> 52) as i64;
         let fraction = bits & ((1 << 52) - 1);
         let (mantissa, power) = if exponent == 0 { (fraction, -1074) } else { (fraction | 1 << 52, exponent - 1075) };
-        // 2^(P - 1) = 1.
+        // 2^(P - 1) = 1, so that a negative power becomes a positive one.
         let scaled = Residue(mantissa) * Residue(2).power(power.rem_euclid(P as i64 - 1) as u64);
         if x < 0.0 { -scaled } else { scaled }
     }
 
-    /// Uniform, but neither zero nor one.
+    /// A uniformly random element other than zero and one.
     pub(crate) fn random(random: &mut SplitMix) -> Residue {
         loop {
             let x = random.bits() >> 3;
@@ -78,7 +79,7 @@ impl Residue {
         result
     }
 
-    /// A square root, where there is one: P is 3 modulo 4.
+    /// A square root, x^((P + 1)/4) since P is 3 modulo 4; `None` where there is none.
     pub(crate) fn root(self) -> Option<Residue> {
         let root = self.power((P + 1) / 4);
         (root * root == self).then_some(root)
@@ -124,7 +125,7 @@ impl std::ops::Sub for Residue {
 impl std::ops::Mul for Residue {
     type Output = Residue;
     fn mul(self, b: Residue) -> Residue {
-        // 2^61 is PRIME_OFFSET. The second time, less than 2^10 stands above the 61 bits.
+        // 2^61 = PRIME_OFFSET modulo P. After the first folding, the value above the low 61 bits is less than 2^10.
         let product = u128::from(self.0) * u128::from(b.0);
         let folded = (product >> 61) * u128::from(PRIME_OFFSET) + (product & u128::from(LOW_BITS));
         let sum = (folded >> 61) as u64 * PRIME_OFFSET + (folded as u64 & LOW_BITS);
@@ -134,16 +135,22 @@ impl std::ops::Mul for Residue {
 
 const LOW_BITS: u64 = (1 << 61) - 1;
 
-/// Denominators of ratios that count as small.
+/// Largest denominator of a small ratio.
 const MAX_DENOMINATOR: i64 = 1_000_000;
-/// Digits of a decimal that is another double than its neighbours.
+/// Bound of the numbers that are tried as small ratios.
+const MAX_RATIO: f64 = 1e9;
+/// A term of a continued fraction from this bound on is a division by a rounding error.
+const MAX_FRACTION_TERM: f64 = 1e12;
+/// Relative difference of a double and its ratio: two units in the last place.
+const TWO_ULP: f64 = 2.0 * f64::EPSILON;
+/// Significant digits with which neighbouring decimals are different doubles.
 pub(crate) const DIGITS: usize = 15;
 
-/// n/d, where `x` is a ratio of small integers or a decimal of so many digits, but for two units of its last place.
+/// n/d, where `x` is a ratio of small integers or a decimal of `digits` digits, within two units in the last place.
 pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     small_ratio(x).or_else(|| {
         let text = format!("{x:.0$e}", digits - 1);
-        let is_near = (text.parse::<f64>().ok()? - x).abs() <= 2.0 * f64::EPSILON * x.abs();
+        let is_near = (text.parse::<f64>().ok()? - x).abs() <= TWO_ULP * x.abs();
         let (figures, power) = text.split_once('e').filter(|_| is_near)?;
         let figures = figures.trim_end_matches('0');
         let behind = figures.split_once('.').map_or(0, |(_, behind)| behind.len()) as i32;
@@ -152,18 +159,18 @@ pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     })
 }
 
-/// n/d with a small denominator, where `x` is such a ratio but for two units of its last place: by the continued fraction.
-/// Of numbers with other digits one in a thousand is taken for such a ratio.
+/// n/d with a small denominator, where `x` equals it within two units in the last place: by the continued fraction.
+/// About one in a thousand other numbers is taken for such a ratio by mistake.
 fn small_ratio(x: f64) -> Option<(i64, i64)> {
-    let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= 2.0 * f64::EPSILON * x.abs();
-    if x.is_nan() || x.abs() >= 1e9 {
+    let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= TWO_ULP * x.abs();
+    if x.is_nan() || x.abs() >= MAX_RATIO {
         return None;
     }
     let ((mut n, mut n_before), (mut d, mut d_before)) = ((1_i64, 0_i64), (0_i64, 1_i64));
     let mut rest = x.abs();
     loop {
         let whole = rest.floor();
-        if whole.is_nan() || whole >= 1e12 {
+        if whole.is_nan() || whole >= MAX_FRACTION_TERM {
             return None;
         }
         (n, n_before) = ((whole as i64).checked_mul(n)?.checked_add(n_before)?, n);
@@ -178,7 +185,7 @@ fn small_ratio(x: f64) -> Option<(i64, i64)> {
     }
 }
 
-/// The elements that stand for one constant: as a length, and as an angle.
+/// The field elements of one constant: its value as a length, and its cosine and sine as an angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
     pub length: Residue,
@@ -195,22 +202,22 @@ impl Assignment {
 }
 
 /// A point (cos, sin) of the circle.
-pub(crate) type Point = (Residue, Residue);
+pub(crate) type CirclePoint = (Residue, Residue);
 
 /// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2).
-pub(crate) fn circle(random: &mut SplitMix) -> Point {
+pub(crate) fn circle(random: &mut SplitMix) -> CirclePoint {
     let t = Residue::random(random);
     let scale = (Residue::ONE + t * t).inverse();
     ((Residue::ONE - t * t) * scale, (t + t) * scale)
 }
 
-/// The sum of two angles.
-pub(crate) fn turned((a, b): Point, (c, d): Point) -> Point {
+/// The point of the sum of two angles.
+pub(crate) fn turned((a, b): CirclePoint, (c, d): CirclePoint) -> CirclePoint {
     (a * c - b * d, a * d + b * c)
 }
 
-/// An angle n times.
-pub(crate) fn times(mut point: Point, mut n: u128) -> Point {
+/// The point of n times an angle.
+pub(crate) fn times(mut point: CirclePoint, mut n: u128) -> CirclePoint {
     let mut sum = (Residue::ONE, Residue::ZERO);
     while n > 0 {
         if n & 1 == 1 {
@@ -222,8 +229,8 @@ pub(crate) fn times(mut point: Point, mut n: u128) -> Point {
     sum
 }
 
-/// Cosine and sine of a multiple of pi/12, as exact as the f64 that names it.
-pub(crate) fn twelfth_turn(angle: f64) -> Option<Point> {
+/// Cosine and sine of an angle in rad that is a multiple of pi/12 within rounding; else `None`.
+pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     let twelfths = (angle / (std::f64::consts::PI / 12.0)).round();
     if (angle - twelfths * (std::f64::consts::PI / 12.0)).abs() > 4.0 * f64::EPSILON * angle.abs() {
         return None;
@@ -234,8 +241,7 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<Point> {
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` when no x satisfies every row or
-/// more than one does.
+/// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` when there is no solution or more than one.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
     for c in 0..n {
         let pivot = (c..rows.len()).find(|&r| rows[r][c] != Residue::ZERO)?;
@@ -277,7 +283,7 @@ mod tests {
         assert_eq!(Residue::number(-3.0), Residue::integer(-3));
         assert_eq!(Residue::number(0.1), Residue::ratio((1, 10)));
         assert_eq!(Residue::number(4.0 / 3.0) * Residue::integer(3), Residue::integer(4));
-        // Neither it nor its share is a decimal of few digits: both are the binary fractions that they are.
+        // Neither number is a decimal of few digits: both become their exact binary fractions.
         let digits = 0.123_456_789_012_345_67;
         assert_eq!(Residue::number(digits) * Residue::number(1.0 / 1024.0), Residue::number(digits / 1024.0));
         assert_eq!(Residue(P - 1) * Residue(P - 1), Residue::ONE);
@@ -315,7 +321,7 @@ mod tests {
         assert_eq!(small_ratio(1.0 / 3.0 + 1e-12), None);
         assert_eq!(small_ratio(std::f64::consts::PI), None);
         assert_eq!(small_ratio(f64::INFINITY).or(small_ratio(f64::NAN)), None);
-        // Decimals of more digits, and products of such that rounded.
+        // Decimals of more digits, and a rounded product of decimals.
         assert_eq!(short_ratio(0.761_236_88, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(0.8024 * 0.9487, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(-0.123_456_789_012_345, DIGITS), Some((-123_456_789_012_345, 1_000_000_000_000_000)));

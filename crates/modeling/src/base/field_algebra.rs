@@ -1,36 +1,36 @@
-//! A function evaluated in the field ([`crate::base::field`]), its coordinates random points.
+//! A function evaluated in the field ([`crate::base::field`]) at random points for its coordinates.
 
 use std::collections::BTreeMap;
 
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
-use crate::base::angles::Angles;
-use crate::base::field::{Assignment, Point, Residue, circle, times};
+use crate::base::angles::GraphAngles;
+use crate::base::field::{Assignment, CirclePoint, Residue, circle, times};
 use random::SplitMix;
 
-/// One evaluation of a function in the field: constants as `constants` assigns them (by symbol),
-/// inputs random.
+/// One evaluation of a function in the field, with assigned constants (by symbol) and random inputs.
 pub(crate) struct FieldAlgebra<'a> {
     graph: &'a Graph,
-    angles: &'a Angles,
+    angles: &'a GraphAngles,
     constants: &'a [Assignment],
     random: &'a mut SplitMix,
-    /// Symbol -> the point of its angle over the common denominator; argument that is no ratio of a symbol -> its point.
-    points: BTreeMap<Symbol, Point>,
-    others: BTreeMap<Expr, Point>,
+    /// Symbol -> the point of its angle divided by the common denominator.
+    points: BTreeMap<Symbol, CirclePoint>,
+    /// Argument that is no ratio of a symbol -> its point.
+    others: BTreeMap<Expr, CirclePoint>,
 }
 
 impl<'a> FieldAlgebra<'a> {
     pub(crate) fn new(
         graph: &'a Graph,
-        angles: &'a Angles,
+        angles: &'a GraphAngles,
         constants: &'a [Assignment],
         random: &'a mut SplitMix,
     ) -> Self {
         FieldAlgebra { graph, angles, constants, random, points: BTreeMap::new(), others: BTreeMap::new() }
     }
 
-    fn angle(&mut self, argument: Expr) -> Point {
+    fn angle(&mut self, argument: Expr) -> CirclePoint {
         if let Node::Symbol(s) = self.graph.node(argument)
             && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
         {
@@ -80,7 +80,7 @@ impl Algebra for FieldAlgebra<'_> {
         *a * b.inverse()
     }
     fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of constants are folded as numbers; one of a named constant is another constant.
+        // Roots of numbers are folded before. The root of a named constant is another element; its cube serves as that element.
         a.power(3)
     }
 }
@@ -102,7 +102,7 @@ mod tests {
                 [g.cos(angle), g.sin(angle)]
             })
             .collect();
-        let angles = Angles::of(&g);
+        let angles = GraphAngles::of(&g);
         let random = &mut SplitMix(3);
         let mut algebra = FieldAlgebra::new(&g, &angles, &[], random);
         let mut point = |k: usize| {

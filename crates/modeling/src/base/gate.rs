@@ -1,11 +1,11 @@
-//! The gate before base parameters: where the evidence does not suffice, nobody gets any.
+//! The acceptance conditions of base parameters: where the evidence does not suffice, there are none.
 //!
-//! They are believed if these conditions hold:
+//! They are accepted if these conditions hold:
 //!
 //! - every number is finite;
-//! - the numbers leave a wide gap between what is kept and what is dropped;
-//! - the rank is that in a finite field ([`crate::base::exact_rank`]), and the columns are those of the field, which may be
-//!   others than the numbers alone would keep; each must stand out of the span of the others;
+//! - the numeric distances of kept and dropped columns have a wide gap;
+//! - the rank equals the rank in a finite field ([`crate::base::exact_rank`]), and the columns are the columns of the field,
+//!   which may differ from the numeric choice; each must stand out of the span of the others;
 //! - the exact coefficients of the regrouping agree with the numeric ones.
 
 use std::cmp::Ordering;
@@ -15,7 +15,7 @@ use crate::base::rank::{CLEAR_GAP, Scan};
 use crate::base::regrouping::Regrouping;
 use crate::base::unclear_rank::UnclearRank;
 
-/// Refuses a rank without a clear gap, with the columns that are in doubt.
+/// Refuses a rank without a clear gap. The error has the columns that are in doubt.
 pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     if rank.gap() < CLEAR_GAP {
         let in_doubt = |&c: &usize| {
@@ -28,7 +28,7 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses a rank that the field does not have.
+/// Refuses a numeric rank that differs from the rank in the field.
 pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
         these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
@@ -46,13 +46,13 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
     }
 }
 
-/// Rounding of a column of unit norm in a scan, before weak columns amplify it.
+/// Rounding error of a column of unit norm in a scan, before weak columns amplify it.
 pub(crate) const SCAN_ROUNDING: f64 = 1e-14;
 
-/// Refuses chosen columns that do not stand out of the span of the others, and others that do. `scan` is the one that keeps
-/// the chosen.
+/// Refuses chosen columns that do not stand out of the span of the others, and dropped columns that do. `scan` is the scan
+/// that keeps the chosen columns.
 ///
-/// A kept column that stands out by d has a direction with an error of rounding / d, which all columns behind it see.
+/// The direction of a kept column with the distance d has an error of rounding / d, which affects all columns behind it.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (mut weak, mut smallest, mut largest_dropped) = (Vec::new(), 1.0_f64, 0.0_f64);
     for (c, &distance) in scan.distance.iter().enumerate() {
@@ -72,9 +72,10 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
-/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter. What is built on
-/// weak columns lacks what those add, and its coefficients are not those of a fit.
-pub(crate) fn held_against_numbers(
+/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the numeric ones. Relations
+/// built on weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a
+/// fit.
+pub(crate) fn compared_with_numbers(
     scan: &Scan,
     regrouping: &Regrouping,
     weak: &[usize],

@@ -1,17 +1,17 @@
 //! Coefficients of columns that no tree rule explains. They are solved for at random points of a finite
 //! field, then interpolated in the robot's symbols.
 //!
-//! Loops of passive joints make columns depend on each other in ways no joint-by-joint rule sees.
-//! Where the numbers say that a column is a combination of a few others, the combination is solved
-//! exactly at random states and random symbols modulo a prime; then a Laurent polynomial in the
-//! symbols that matter, of the right physical dimension, is fitted and checked at further points.
-//! A fit that is not exact is no fit.
+//! Loops of passive joints cause dependencies of columns that no joint-by-joint rule describes.
+//! Where a column is numerically a combination of a few others, the combination is solved
+//! exactly at random states and random symbols modulo a prime. Then a Laurent polynomial in the
+//! relevant symbols, of the right physical dimension, is fitted and checked at further points.
+//! Only an exact fit is accepted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use expr::{Function, SymbolKind};
 
-use crate::base::angles::Angles;
+use crate::base::angles::GraphAngles;
 use crate::base::closed::closed_point::ClosedPoints;
 use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
@@ -24,7 +24,7 @@ use random::SplitMix;
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,
-    /// Power of a length of each x_k.
+    /// The power of a length in the unit of each x_k.
     pub degrees: Vec<i32>,
 }
 
@@ -32,28 +32,38 @@ pub(crate) struct Relation {
 type Solutions = Vec<Option<Vec<Residue>>>;
 
 /// Values of the constants, and the solutions at these values.
-type Point = (Vec<Assignment>, Solutions);
+type SamplePoint = (Vec<Assignment>, Solutions);
 
-/// Bound on numerator and denominator of a rational in a coefficient. Lengths and angles give rise only to halves,
+/// Bound of numerator and denominator of a rational number in a coefficient. Lengths and angles lead only to halves,
 /// doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
 /// Curves through each closed point.
 const CURVES_PER_POINT: usize = 3;
-/// Closed points looked at for one of the right assembly, at given constants.
+/// Closed points tried at given constants, to find one of the right assembly.
 const TRIED_ASSEMBLIES: usize = 8;
 
-/// Unknowns of a fit at most. The monomials of k angles at size s are (2 s + 2)^k and each takes an evaluation of the
-/// columns and a row of a dense matrix: 256 cost some ten milliseconds, 4096 some minutes. Three angles at size two
-/// (216) and four at size one (256) are within; the loops of the models that come with the project need 23 at most.
-const MOST_UNKNOWNS: usize = 256;
-/// The same where every point must close the loops, which takes some milliseconds.
-const MOST_UNKNOWNS_OF_LOOPS: usize = 40;
+/// Largest number of unknowns of a fit. k angles at size s have (2 s + 2)^k monomials, and each takes an evaluation of the
+/// columns and a row of a dense matrix: 256 cost about ten milliseconds, 4096 some minutes. Three angles at size two
+/// (216) and four at size one (256) are allowed; the loops of the models that come with the project need at most 23.
+const MAX_UNKNOWNS: usize = 256;
+/// Largest number of unknowns of a fit where every point must close the loops, which takes some milliseconds per point.
+const MAX_UNKNOWNS_OF_LOOPS: usize = 40;
+/// Largest power of a cosine in a fit.
+const MAX_MONOMIAL_SIZE: i32 = 3;
+/// Points of a fit beyond the unknowns, so that a fit that is not exact fails.
+const CHECK_POINTS: usize = 2;
+/// Seed of the random field elements.
+const FIELD_SEED: u64 = 1995;
+/// Random states beyond the unknowns.
+const EXTRA_STATES: usize = 3;
+/// Orders of a curve beyond the unknowns.
+const EXTRA_ORDERS: usize = 2;
 
 /// The x_k of each relation; `None` when the relation does not hold for every value of the symbols,
-/// is no Laurent polynomial of small degree, or has more unknowns than are tried.
+/// is no Laurent polynomial of small degree, or has too many unknowns.
 ///
-/// With `closed`, the states are not free but close the loops there.
+/// With `closed`, the states are not free but close the loops.
 pub(crate) fn interpolate(
     regressor: &Function,
     relations: &[Relation],
@@ -71,11 +81,11 @@ pub(crate) fn interpolate(
     }
     let depends = dependencies(&mut samples, &relations, &reference, &solutions);
 
-    let mut points: Vec<Point> = vec![(reference, solutions)];
+    let mut points: Vec<SamplePoint> = vec![(reference, solutions)];
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // The first coefficient without an answer ends the relation, since either all are exact or none is used.
+            // The first coefficient without a result ends the relation, since a relation needs all its coefficients exact.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
                     // A number needs no fit.
@@ -90,7 +100,7 @@ pub(crate) fn interpolate(
     fitted
 }
 
-/// The columns that the relations name, and the relations renumbered to them. A fit evaluates no other column.
+/// The regressor with only the columns of the relations, and the relations with the new column numbers.
 fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Relation>) {
     let named = |r: &Relation| r.support.iter().copied().chain([r.column]).collect::<Vec<_>>();
     let columns: BTreeSet<usize> = relations.iter().flat_map(named).collect();
@@ -104,7 +114,7 @@ fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Re
     (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
-/// Per relation and x_k, the symbols it depends on, found by changing one symbol at a time.
+/// For each relation and x_k the symbols on which it depends, found by changing one symbol at a time.
 fn dependencies(
     samples: &mut FieldSamples,
     relations: &[Relation],
@@ -131,17 +141,17 @@ fn dependencies(
     depends
 }
 
-/// x_k of relation r as a polynomial in the symbols it depends on. Sets of monomials of growing size are tried.
+/// x_k of relation r as a polynomial in its symbols. Sets of monomials of growing size are tried. `None` without an exact fit.
 fn fit(
     samples: &mut FieldSamples,
-    points: &mut Vec<Point>,
+    points: &mut Vec<SamplePoint>,
     r: usize,
     k: usize,
     symbols: &[usize],
     degree: i32,
 ) -> Option<Coefficient> {
-    for size in 1..=3 {
-        let most = if samples.closed.is_some() { MOST_UNKNOWNS_OF_LOOPS } else { MOST_UNKNOWNS };
+    for size in 1..=MAX_MONOMIAL_SIZE {
+        let most = if samples.closed.is_some() { MAX_UNKNOWNS_OF_LOOPS } else { MAX_UNKNOWNS };
         if n_monomials(samples, symbols, degree, size) > most {
             return None;
         }
@@ -149,8 +159,7 @@ fn fit(
         if monomials.is_empty() {
             continue;
         }
-        // Two points more than unknowns, so that a fit that is not exact fails.
-        while points.len() < monomials.len() + 2 {
+        while points.len() < monomials.len() + CHECK_POINTS {
             let constants = samples.draw(None);
             let solutions = samples.solve_at(&constants);
             points.push((constants, solutions));
@@ -178,7 +187,7 @@ fn fit(
 /// -size and size + 1, each cosine up to size, each sine up to one.
 fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> Vec<Monomial> {
     let mut all: Vec<(Monomial, i32)> = vec![(Vec::new(), 0)];
-    // Symbol by symbol, every power of it on every product so far; `length` is the power of lengths.
+    // Each symbol multiplies every product so far by each of its powers; `length` is the total power of lengths.
     for &s in symbols {
         let id = s as u32;
         let mut next = Vec::new();
@@ -210,13 +219,13 @@ fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) 
         .collect()
 }
 
-/// How many [`monomials`] makes, without making them.
+/// The number of [`monomials`], without creating them.
 fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> usize {
     let mut by_power = BTreeMap::from([(0, 1_usize)]);
     for &s in symbols {
         let mut next: BTreeMap<i32, usize> = BTreeMap::new();
         for (&power, &count) in &by_power {
-            // An angle has no length, so its cosines and sines leave the power of lengths as it is.
+            // Cosines and sines have no unit, so they do not change the power of lengths.
             let (powers, times) =
                 if samples.is_angle[s] { (0..=0, 2 * (size + 1) as usize) } else { (-size..=size + 1, 1) };
             for more in powers {
@@ -229,14 +238,14 @@ fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32
     by_power.get(&degree).copied().unwrap_or(0)
 }
 
-/// The function in the field, at constants of choice and random states.
+/// Evaluations of the function in the field, at given constants and random states.
 struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
-    angles: Angles,
+    angles: GraphAngles,
     /// Whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// Whether the function, or how the loops close, depends on the symbol at all.
+    /// Whether the function or the closure of the loops depends on the symbol.
     is_read: Vec<bool>,
     closed: Option<&'a ClosedPoints>,
     random: SplitMix,
@@ -247,7 +256,7 @@ impl<'a> FieldSamples<'a> {
         let graph = function.graph();
         let mut is_angle = vec![false; graph.symbols().len()];
         let mut is_read = is_angle.clone();
-        // The symbols of the closure are the first of the function's.
+        // The symbols of the closure are the first symbols of the function.
         for graph in [Some(graph), closed.map(|closed| closed.closure.graph())].into_iter().flatten() {
             for node in graph.nodes() {
                 if let expr::Node::Symbol(s) = node {
@@ -263,11 +272,11 @@ impl<'a> FieldSamples<'a> {
         FieldSamples {
             function,
             relations,
-            angles: Angles::of(graph),
+            angles: GraphAngles::of(graph),
             is_angle,
             is_read,
             closed,
-            random: SplitMix(1995),
+            random: SplitMix(FIELD_SEED),
         }
     }
 
@@ -279,7 +288,7 @@ impl<'a> FieldSamples<'a> {
         matches!(self.function.graph().symbols()[s].1, SymbolKind::Constant(_))
     }
 
-    /// Random assignments for all symbols, or for one of them with the others as in the reference.
+    /// Random assignments for all symbols, or for one symbol with the assignments of the reference for the others.
     fn draw(&mut self, moved: Option<(&[Assignment], usize)>) -> Vec<Assignment> {
         match (moved, self.closed) {
             (None, Some(closed)) => closed.constants(&mut self.random).unwrap_or_default(),
@@ -308,11 +317,11 @@ impl<'a> FieldSamples<'a> {
         self.relations.iter().map(pick).collect()
     }
 
-    /// More random states than unknowns, which leaves rows to check with.
+    /// Rows at random states. More states than unknowns give rows that check the solution.
     fn free_rows(&mut self, constants: &[Assignment], unknowns: usize) -> Vec<Vec<Residue>> {
         let output = &self.function.outputs[0];
         // A column may be non-zero in only one row of each state.
-        let n_states = unknowns + 3;
+        let n_states = unknowns + EXTRA_STATES;
         let mut rows = Vec::new();
         for _ in 0..n_states {
             let mut algebra = FieldAlgebra::new(self.function.graph(), &self.angles, constants, &mut self.random);
@@ -322,7 +331,8 @@ impl<'a> FieldSamples<'a> {
         rows
     }
 
-    /// As many orders of curves of closed states; `None` where the loops do not close in the field.
+    /// Rows of the series coefficients along curves of closed states; `None` where the loops do not close in the field or no
+    /// tried assembly has these independent columns.
     fn closed_rows(
         &mut self,
         closed: &ClosedPoints,
@@ -331,7 +341,7 @@ impl<'a> FieldSamples<'a> {
     ) -> Option<Vec<Vec<Residue>>> {
         let is_related = |c: &usize| self.relations.iter().any(|r| r.column == *c);
         let kept: Vec<usize> = (0..self.function.outputs[0].columns).filter(|c| !is_related(c)).collect();
-        let order = unknowns.max(kept.len() / CURVES_PER_POINT) + 2;
+        let order = unknowns.max(kept.len() / CURVES_PER_POINT) + EXTRA_ORDERS;
         for _ in 0..TRIED_ASSEMBLIES {
             let point = closed.point_at(constants, &mut self.random)?;
             let (mut rows, mut echelon) = (Vec::new(), Echelon::default());
@@ -343,7 +353,7 @@ impl<'a> FieldSamples<'a> {
             rows.iter().for_each(|row| {
                 echelon.add(row.clone());
             });
-            // In another assembly other columns may be independent.
+            // Another assembly may have other independent columns.
             if echelon.columns() == kept {
                 return Some(rows);
             }
@@ -358,7 +368,7 @@ mod tests {
 
     use super::*;
 
-    /// `n_monomials`, which bounds the work, agrees with the number of monomials that are made.
+    /// `n_monomials`, which bounds the work, agrees with the number of created monomials.
     #[test]
     fn monomials_are_counted_before_they_are_made() {
         let mut g = Graph::new();

@@ -1,15 +1,15 @@
-//! What a base parameter means, in words, as far as its rule says it: `first moment of forearm along x, with what wrist_1
+//! The meaning of a base parameter in words, from its rule: `first moment of forearm along x, with what wrist_1
 //! to tool add to it`.
 //!
-//! A base parameter is its own standard parameter plus multiples of others. Those of its own link are named one by one.
-//! Of the parameters of other links only the links are named; the rule has the amounts.
+//! A base parameter is its own standard parameter plus multiples of others. The absorbed parameters of its own link are
+//! named one by one. For the parameters of other links only the links are named; the rule has the coefficients.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
-use crate::base::base_parameters::{BaseParameters, Weak};
+use crate::base::base_parameters::{BaseParameters, WeakParameter};
 
 impl BaseParameters {
-    /// What base parameter k of `robot` means, in words.
+    /// The meaning of base parameter k of `robot` in words.
     pub fn meaning(&self, robot: &Robot, k: usize) -> String {
         let base = &self.base[k];
         let own = self.standard[base.column];
@@ -31,9 +31,9 @@ impl BaseParameters {
         text
     }
 
-    /// What a finite field says of the rank of `robot`, and which columns are too weak for a motion.
+    /// The evidence for the rank of `robot` in a finite field, and the columns that are too weak for every motion.
     pub fn evidence_of_rank(&self, robot: &Robot) -> String {
-        let weak = |w: &Weak| format!("{} ({:.0e})", self.standard[w.column].display(robot), w.share);
+        let weak = |w: &WeakParameter| format!("{} ({:.0e})", self.standard[w.column].display(robot), w.share);
         let weak: Vec<String> = self.weak.iter().map(weak).collect();
         match (weak.len(), self.rank.exact.rank()) {
             (1.., Some(exact)) => format!(
@@ -48,7 +48,7 @@ impl BaseParameters {
     }
 }
 
-/// What a standard parameter is: `moment of inertia of forearm about x`.
+/// The meaning of a standard parameter in words: `moment of inertia of forearm about x`.
 pub fn standard_meaning(robot: &Robot, parameter: StandardParameter) -> String {
     let link = called(robot, parameter.link);
     match parameter.inertial {
@@ -72,7 +72,7 @@ fn axis(inertial: Inertial) -> &'static str {
     }
 }
 
-/// Another parameter of the same link.
+/// The phrase for an absorbed parameter of the same link.
 fn joined(own: Inertial, other: Inertial, factor: f64) -> String {
     let is_moment = |i: Inertial| matches!(i, Inertial::Xx | Inertial::Yy | Inertial::Zz);
     match other {
@@ -88,7 +88,7 @@ fn called(robot: &Robot, link: LinkId) -> String {
     if name.chars().all(|c| c.is_ascii_digit()) { format!("link {name}") } else { name.clone() }
 }
 
-/// `a`, `a and b`, `a to d` where they follow one another, `a, b and 4 more`.
+/// A list of links as text: `a`, `a and b`, `a to d` where each is the antecedent of the next, `a, b and 4 more`.
 fn listed(robot: &Robot, links: &[LinkId]) -> String {
     let name = |i: usize| called(robot, links[i]);
     let last = links.len() - 1;

@@ -1,8 +1,8 @@
-//! The least set of inertial parameters on which the torque depends.
+//! The smallest set of inertial parameters that determines the torque.
 //!
-//! [`base_parameters`] walks through it: a finite field chooses columns ([`exact_rank`]), the numbers
-//! confirm them ([`rank`]), the relations of the dropped ones are found ([`regrouping`]), held
-//! against the numbers ([`evidence`]), named ([`names`]), and written as rules when asked ([`written_rules`]).
+//! [`base_parameters`] does it in this order: a finite field chooses columns ([`exact_rank`]), a numeric scan
+//! confirms them ([`rank`]), the relations of the dropped columns are found ([`regrouping`]), compared with
+//! the numeric ones ([`evidence`]), named ([`names`]), and written as rules on request ([`written_rules`]).
 
 pub(crate) mod angles;
 pub(crate) mod base_parameters;

@@ -2,14 +2,14 @@
 
 use robot::{Inertial, LinkId, Robot, StandardParameter, Value};
 
-/// `XXR2`, of a parameter called `XX2` into which something regroups.
+/// The name of a standard parameter that absorbs others: `XXR2` for `XX2`.
 pub(crate) fn regrouped(plain: &str, inertial: Inertial) -> String {
     let letters = inertial.letters();
     format!("{letters}R{}", &plain[letters.len()..])
 }
 
-/// The name of a base parameter: without gravity a first moment carries the length through which it acts in front:
-/// `D2MXR4`, after the first non-zero d on the way from the base to its link.
+/// The name of a base parameter. Without gravity the name of a first moment has a prefix, the length through which it acts:
+/// `D2MXR4`, after the first non-zero d on the path from the base to its link.
 pub(crate) fn base(robot: &Robot, parameter: StandardParameter, name: String) -> String {
     let weightless = robot.gravity_number() == [0.0; 3];
     if !(weightless && parameter.inertial.is_first_moment()) {

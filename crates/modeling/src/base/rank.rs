@@ -1,18 +1,18 @@
-//! Which columns of a matrix are independent, in their own order, and how clearly.
+//! The independent columns of a matrix, from left to right, and their distances from the span of the others.
 //!
-//! The matrix is compressed to its triangle by QR (`triangle`); then the columns are taken from left
-//! to right: one is kept when its distance from the span of those kept before it, relative to its
+//! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left
+//! to right: one is kept when its distance from the span of the columns kept before it, relative to its
 //! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest count as
-//! zero: a truncated pi leaves columns of 1e-10 behind, which scaling to one would make count. Where somebody else has
-//! chosen the columns ([`crate::base::exact_rank`]), the scan tells how far each chosen one stands out.
+//! zero: a truncated pi causes columns of 1e-10, which would count if they were scaled to one. Where the
+//! columns are chosen elsewhere ([`crate::base::exact_rank`]), the scan gives the distance of each chosen column.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::base::triangle::triangle;
 
-/// Distance, relative to the column's norm, from which a column is independent.
+/// Distance, relative to the norm of the column, above which a column is independent.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
-/// Norm, relative to the largest column's, below which a column is zero.
+/// Norm, relative to the norm of the largest column, up to which a column counts as zero.
 const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 /// A rank is clear-cut when the largest dropped distance is this many times below the smallest kept.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
@@ -24,24 +24,24 @@ pub struct Scan {
     pub kept: Vec<usize>,
     /// Columns that are zero, ascending.
     pub zero: Vec<usize>,
-    /// Columns in the span of kept ones before them, with the coefficient of each kept column.
+    /// Columns in the span of kept columns before them, with the coefficient of each kept column.
     pub dependent: Vec<(usize, Vec<f64>)>,
-    /// Relative distance of each column (of a zero column: its relative norm).
+    /// Distance of each column relative to its norm (of a zero column: its norm relative to the largest column).
     pub distance: Vec<f64>,
-    /// The same distance relative to the norm of the largest column.
+    /// Distance of each column relative to the norm of the largest column.
     pub share: Vec<f64>,
 }
 
-/// The columns of a matrix of numbers, taken from left to right as base parameters are.
+/// The scan of the columns of a matrix from left to right, as base parameters are chosen.
 ///
-/// Fails on columns that are not finite, with their places.
+/// Fails where columns are not finite, with their indices.
 pub fn independent_columns(matrix: &DMatrix<f64>) -> Result<Scan, Vec<usize>> {
     scan(&triangle(matrix, 1), None)
 }
 
-/// Of the triangle of a matrix ([`crate::base::triangle`]); keeps the independent columns, or the `chosen` ones.
+/// The scan of the triangle of a matrix ([`crate::base::triangle`]); keeps the independent columns, or the `chosen` ones.
 ///
-/// Every number of the outcome is finite, or it is an error: the columns that are not.
+/// Every number of the outcome is finite; else the error has the indices of the columns that are not finite.
 pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<Scan, Vec<usize>> {
     let p = triangle.ncols();
     let norms: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
@@ -53,7 +53,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
     let is_chosen = |c: usize| chosen.map(|chosen| chosen.binary_search(&c).is_ok());
 
     let mut s = Scan { kept: vec![], zero: vec![], dependent: vec![], distance: vec![0.0; p], share: vec![0.0; p] };
-    // R is triangular: of a column only the first c + 1 entries are not zero, and so it is for the basis.
+    // R is triangular: only the first c + 1 entries of column c, and of its basis vector, can be non-zero.
     let mut basis: Vec<DVector<f64>> = Vec::new();
     // kept column k = sum_i basis_i factors[k][i]
     let mut factors: Vec<Vec<f64>> = Vec::new();
@@ -65,7 +65,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         let mut v: DVector<f64> = triangle.column(c).rows(0, c + 1).into_owned();
         let mut along = vec![0.0; basis.len()];
-        // Twice is enough [Parlett, after Kahan].
+        // Gram-Schmidt; orthogonalizing twice is enough [Parlett, after Kahan].
         for _ in 0..2 {
             for (b, a) in basis.iter().zip(&mut along) {
                 let mut v = v.rows_mut(0, b.len());
@@ -76,7 +76,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         s.distance[c] = if norms[c] > 0.0 { v.norm() / norms[c] } else { 0.0 };
         s.share[c] = v.norm() / largest;
-        // A chosen column that is in the span of the others is none that could be kept.
+        // A chosen column with the distance zero cannot be kept.
         if is_chosen(c).unwrap_or(s.distance[c] > INDEPENDENT) && s.distance[c] > 0.0 {
             let norm = v.norm();
             along.push(norm);
@@ -87,7 +87,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
             s.dependent.push((c, along));
         }
     }
-    // From coefficients along the basis to coefficients along the kept columns.
+    // Back substitution: from coefficients of the basis vectors to coefficients of the kept columns.
     for (_, x) in &mut s.dependent {
         for k in (0..x.len()).rev() {
             x[k] /= factors[k][k];
@@ -132,7 +132,7 @@ mod tests {
         for (found, expected) in s.dependent[1].1.iter().zip([1.5, 0.5, 0.0]) {
             assert!((found - expected).abs() < 1e-13);
         }
-        // A choice of dependent columns shows by its distance.
+        // The distance shows that a chosen column is dependent.
         assert!(scan(&triangle, Some(&[0, 2, 3])).unwrap().distance[3] < 1e-13);
     }
 

@@ -1,16 +1,16 @@
-//! Finds, for each dropped column, the kept columns it consists of: D_d = sum_k beta_kd D_k.
+//! The relation of each dropped column to the kept columns: D_d = sum_k beta_kd D_k.
 //!
-//! Three sources, in this order of trust:
+//! Three sources, the most reliable first:
 //!
 //! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule leads
 //!   to columns before the dropped one. Where these are dropped themselves, their own relation is
 //!   substituted;
-//! - for columns that no rule explains, because loops tie them together, interpolation in a finite
+//! - for columns that no rule explains, because loops couple them, interpolation in a finite
 //!   field ([`crate::base::interpolation`]), exact too;
-//! - where that finds no closed form, the numbers of the scan.
+//! - where interpolation finds no closed form, the numeric coefficients of the scan.
 //!
-//! The rules are kept as they were found: each leads to the columns next to its own. Here they are multiplied out only
-//! as numbers; [`crate::base::written_rules`] writes them as text.
+//! The rules are stored unexpanded: each leads to columns of the link and its antecedent. Here they are multiplied out
+//! only as numbers; [`crate::base::written_rules`] writes them as text.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,8 +27,8 @@ use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// A numeric coefficient smaller than this is a rounded zero. The scan leaves about 1e-13; a true
-/// coefficient is a product of at most two lengths, and two of a tenth of a millimetre give 1e-8.
+/// A numeric coefficient smaller than this is a rounded zero. The rounding of the scan is about 1e-13; a true
+/// coefficient is a product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
 const ROUNDED_ZERO: f64 = 1e-9;
 
 /// A coefficient of a regrouping: proven in the symbols, or only a number.
@@ -39,7 +39,7 @@ pub(crate) enum Beta {
 }
 
 impl Beta {
-    /// Its value at the robot's numbers, and in the field where it is exact.
+    /// The value at the robot's numbers, and the field element where the coefficient is exact.
     fn share(&self, graph: &Graph, constants: &[Assignment]) -> Share {
         match self {
             Beta::Exact(c) => Share::of(c, graph, constants),
@@ -48,13 +48,13 @@ impl Beta {
     }
 }
 
-/// A coefficient multiplied out over all rules that lead to it, without its text: a chain of n oblique links
-/// has texts that grow faster than any power of n, but its numbers grow as n^2.
+/// A coefficient multiplied out over all rules that lead to it, without its text. For a chain of n oblique links the
+/// texts grow faster than any power of n, but the number of coefficients grows as n^2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
-    /// At the robot's values of its symbols.
+    /// The value at the robot's values of its symbols.
     pub number: f64,
-    /// At random elements of a finite field, where a zero is a zero; `None` where a factor is only a number.
+    /// The value at random elements of a finite field, where a zero is exact; `None` where a factor is only a number.
     pub residue: Option<Residue>,
 }
 
@@ -74,19 +74,19 @@ impl Share {
     }
 }
 
-/// The regrouping, as it was found and as it is when every rule is put in.
+/// The relations of the dropped columns, unexpanded and with every rule substituted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Regrouping {
-    /// By dropped column without a tree rule: the kept columns it is made of. Empty for a column that is zero.
+    /// Dropped column without a tree rule -> its kept columns and coefficients. Empty for a column that is zero.
     pub solved: BTreeMap<usize, Vec<(usize, Beta)>>,
-    /// By dropped column with a tree rule: the columns it is made of.
-    pub rules: Rules,
-    /// By dropped column: the kept columns it is made of.
+    /// Dropped column with a tree rule -> the columns and coefficients of the rule.
+    pub rules: TreeRules,
+    /// Dropped column -> its kept columns and coefficients, with every rule substituted.
     pub shares: Shares,
 }
 
 impl Regrouping {
-    /// Columns that rules lead to these, and these: what they are made of leaves out what these add.
+    /// The `weak` columns, and the columns whose rules lead to them: their relations omit the contribution of weak columns.
     pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
         let mut built: BTreeSet<usize> = weak.iter().copied().collect();
         for (dropped, terms) in &self.rules {
@@ -98,11 +98,11 @@ impl Regrouping {
     }
 }
 
-/// By dropped column: the kept columns it is made of, each with its coefficient.
+/// Dropped column -> its kept columns, each with its coefficient.
 pub(crate) type Shares = BTreeMap<usize, Vec<(usize, Share)>>;
 
-/// By dropped column: what a tree rule says it is made of; these columns may be dropped themselves.
-pub(crate) type Rules = BTreeMap<usize, Vec<(usize, Coefficient)>>;
+/// Dropped column -> the columns and coefficients of its tree rule; these columns may be dropped themselves.
+pub(crate) type TreeRules = BTreeMap<usize, Vec<(usize, Coefficient)>>;
 
 /// The relation of every column that the scan does not keep.
 pub(crate) fn regrouping(
@@ -113,7 +113,7 @@ pub(crate) fn regrouping(
     closed: Option<&ClosedPoints>,
 ) -> Regrouping {
     let mut rules = rules_by_column(derivation, standard);
-    // Where a column that a rule leads to is too weak to be kept, the dropped one may be kept in its place.
+    // A column with a rule may be kept, where the column of the rule's right-hand side is too weak to be kept.
     rules.retain(|column, _| scan.kept.binary_search(column).is_err());
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
     let unexplained = unexplained(derivation.robot, standard, scan, &rules, &numeric);
@@ -122,7 +122,7 @@ pub(crate) fn regrouping(
     Regrouping { solved, rules, shares }
 }
 
-fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) -> Rules {
+fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) -> TreeRules {
     let Derivation { robot, graph, constants, .. } = derivation;
     let column: BTreeMap<(LinkId, Inertial), usize> =
         standard.iter().enumerate().map(|(c, s)| ((s.link, s.inertial), c)).collect();
@@ -132,12 +132,12 @@ fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) 
         .collect()
 }
 
-/// The dropped columns without a tree rule, with the kept columns that the numbers say they are made of.
+/// The dropped columns without a tree rule, with the kept columns that have a non-zero numeric coefficient.
 fn unexplained(
     robot: &Robot,
     standard: &[StandardParameter],
     scan: &Scan,
-    rules: &Rules,
+    rules: &TreeRules,
     numeric: &BTreeMap<usize, &Vec<f64>>,
 ) -> Vec<Relation> {
     let dropped = (0..standard.len()).filter(|c| scan.kept.binary_search(c).is_err() && !rules.contains_key(c));
@@ -154,7 +154,7 @@ fn unexplained(
         .collect()
 }
 
-/// The coefficients of the relations: from the field where it has an answer, else from the numbers.
+/// The coefficients of the relations: exact from the field where it has a result, else from the scan.
 fn solved(
     robot: &Robot,
     regressor: &Function,
@@ -173,10 +173,10 @@ fn solved(
         None => vec![None; relations.len()],
     };
     for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
-        // The points may be of another assembly than the numbers, whose coefficients are others.
+        // The points may belong to another assembly than the numbers, with other coefficients.
         let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
         let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
-        // A column that is zero is so in every assembly.
+        // A zero column is zero in every assembly.
         let is_absent = relation.support.is_empty() && column_is_zero(regressor, relation.column);
         *exact = exact.take().filter(|_| !is_of_another).or(is_absent.then(Vec::new));
     }
@@ -189,10 +189,13 @@ fn solved(
     relations.iter().zip(exact).map(|(relation, exact)| (relation.column, row(relation, exact))).collect()
 }
 
-/// The columns that tree rules drop beside those that are solved: D_d = sum_c factor_c D_c, with the relation
-/// of c put in where c is dropped too. A rule leads to columns before its own, so that those are resolved by then.
-fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &Rules, graph: &Graph) -> Shares {
-    let mut random = SplitMix(1990);
+/// Seed of the random elements of the symbols.
+const SHARE_SEED: u64 = 1990;
+
+/// The solved relations, and the rules D_d = sum_c factor_c D_c with the relation of c substituted where c is dropped too.
+/// A rule leads to columns before its own, so their relations are already expanded.
+fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph: &Graph) -> Shares {
+    let mut random = SplitMix(SHARE_SEED);
     let constants: Vec<Assignment> = graph.symbols().iter().map(|_| Assignment::random(&mut random)).collect();
     let of_solved = |(k, beta): &(usize, Beta)| (*k, beta.share(graph, &constants));
     let mut shares: Shares = solved.iter().map(|(&c, row)| (c, row.iter().map(of_solved).collect())).collect();
@@ -219,7 +222,7 @@ fn column_is_zero(regressor: &Function, column: usize) -> bool {
     (0..output.rows).all(|r| output.entries[r * output.columns + column].is_zero())
 }
 
-/// Power of a length in the unit of a parameter, the mass apart.
+/// The power of a length in the unit of a parameter: kg m^degree.
 fn length_degree(robot: &Robot, parameter: StandardParameter) -> i32 {
     match parameter.inertial {
         Inertial::M => 0,

@@ -1,8 +1,8 @@
-//! The regrouping rules of trees: which parts of a link's inertia act as if they belonged to its antecedent.
+//! The regrouping rules of trees: the inertial parameters of a link that act as parameters of its antecedent.
 //!
-//! A body that is symmetric about the axis of its joint moves as if it were part of the antecedent:
-//! turning it costs nothing. For a revolute joint these are the directions XX = YY, MZ and M, for
-//! a prismatic joint the whole inertia, for a fixed one everything [Gautier, Khalil 1990]. Such a body
+//! The motion of a joint does not change the inertia, seen from the antecedent, of a body that is symmetric about the joint
+//! axis and has no inertia about it. For a revolute joint these are the directions XX = YY, MZ and M, for
+//! a prismatic joint the whole inertia tensor, for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body
 //! adds to the antecedent's parameters, about O_i and in frame i,
 //!
 //! ```text
@@ -10,8 +10,8 @@
 //! MS_i += s + m p,   M_i += m,      s = R MS_j
 //! ```
 //! with R = R_ij and p = p_ij, where the joint's own motion has no effect. So the columns of D obey
-//! D_j X_j = D_i X_i: one relation a direction, exact in the robot's symbols. It holds for passive
-//! joints too, whatever moves them.
+//! D_j X_j = D_i X_i: one relation for each direction, exact in the robot's symbols. It also holds for passive
+//! joints.
 
 use expr::{Expr, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -20,7 +20,7 @@ use crate::base::coefficient::Coefficient;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::vector::{NULL, Vector, add, dot};
 
-/// `dropped` = sum of coefficient * column: the column of `dropped` follows from those of others.
+/// A relation of columns: `dropped` = sum of coefficient * column over the terms.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeRule {
     pub dropped: (LinkId, Inertial),
@@ -28,13 +28,13 @@ pub(crate) struct TreeRule {
 }
 
 /// The rules between the links and their antecedents, link by link. A link whose lengths are
-/// not polynomials in symbols (a division by a sum) has none here.
+/// not polynomials in symbols (a division by a sum) has no rules.
 pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<TreeRule> {
     let mut rules = Vec::new();
-    // A link without parameters can neither give nor take any.
+    // Links without inertial parameters have no rules.
     let has_parameters = |j: LinkId| j.0 >= robot.massless;
     for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
-        let frame = Frame::of(robot, g, constants, j);
+        let frame = RelativeFrame::of(robot, g, constants, j);
         for (dropped, own, body) in free_directions(robot.link(j).joint.kind) {
             let carried = match robot.link(j).antecedent {
                 Some(i) => {
@@ -57,10 +57,10 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
 }
 
 /// Ten parameters in the order of [`Inertial::BODY`], 1 where set.
-type Body = [bool; 10];
+type ParameterSet = [bool; 10];
 
-/// Per free direction: the parameter it drops, the parameters of the same link that absorb it too, and the body it is.
-fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, Body)> {
+/// For each free direction: the dropped parameter, the parameters of the same link that absorb it too, and the unit body.
+fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));
     match kind {
@@ -73,14 +73,14 @@ fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, Body)> {
 }
 
 /// Frame j in frame i at joint variable zero.
-struct Frame {
+struct RelativeFrame {
     /// Columns: the axes of frame j in frame i.
     axes: [Vector; 3],
     p: Vector,
 }
 
-impl Frame {
-    fn of(robot: &Robot, g: &mut Graph, constants: &mut Constants, j: LinkId) -> Frame {
+impl RelativeFrame {
+    fn of(robot: &Robot, g: &mut Graph, constants: &mut Constants, j: LinkId) -> RelativeFrame {
         let link = robot.link(j);
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
@@ -100,11 +100,11 @@ impl Frame {
             place([-theta.sin, theta.cos, Expr::ZERO], NULL),
             place([Expr::ZERO, Expr::ZERO, Expr::ONE], NULL),
         ];
-        Frame { axes, p }
+        RelativeFrame { axes, p }
     }
 
-    /// The ten parameters, in frame i about O_i, of a body given in frame j by unit parameters.
-    fn carried(&self, g: &mut Graph, body: Body) -> [Expr; 10] {
+    /// The ten parameters, in frame i about O_i, of a body with unit parameters in frame j.
+    fn carried(&self, g: &mut Graph, body: ParameterSet) -> [Expr; 10] {
         let unit = |i: usize| if body[i] { Expr::ONE } else { Expr::ZERO };
         let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = std::array::from_fn(unit);
         let J = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];

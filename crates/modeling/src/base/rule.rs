@@ -1,8 +1,8 @@
-//! A regrouping rule as people write it: equal coefficients share a parenthesis.
+//! A regrouping rule as text: parameters with equal coefficients share a parenthesis.
 
 use crate::base::coefficient::Coefficient;
 
-/// A coefficient as text: a sign and what stands behind it.
+/// A coefficient as text: a sign and a magnitude.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor {
     negative: bool,
@@ -37,9 +37,9 @@ pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.10e}").parse().unwrap_or(x)
 }
 
-/// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, own first.
+/// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, the base parameter's own one first.
 pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
-    // Parameters whose coefficients are equal but for the sign share a parenthesis.
+    // Parameters with coefficients of equal magnitude share a parenthesis.
     let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();
     for (parameter, factor) in terms {
         match groups.iter_mut().find(|g| g.0 == factor.magnitude) {
@@ -62,7 +62,7 @@ pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) 
             }
             sum
         };
-        // The sign of the first one stands before the parenthesis and turns all signs in it.
+        // The sign of the first member stands before the parenthesis; a minus inverts all signs inside.
         let negative = members[0].0;
         let sign = match (i, negative) {
             (0, false) => " ",

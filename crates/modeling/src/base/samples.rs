@@ -1,4 +1,4 @@
-//! The regressor at random states, from which the numbers tell the rank.
+//! The regressor at random states, for the numeric rank.
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
@@ -6,13 +6,22 @@ use random::SplitMix;
 
 use crate::kinematics::closure::Closure;
 
+/// Seed of the random states.
+const STATE_SEED: u64 = 1995;
+/// Rows per column: enough even where the columns of a link are non-zero only in the row of its own joint.
+const ROWS_PER_COLUMN: usize = 3;
+/// States beyond the number that [`ROWS_PER_COLUMN`] asks for.
+const EXTRA_STATES: usize = 8;
+/// Bounds of dq in rad/s or m/s, and of ddq in rad/s^2 or m/s^2, that give inertia, centrifugal and gravity terms similar
+/// weights.
+const RATE_BOUNDS: [f64; 2] = [2.0, 4.0];
+
 /// D at random states with closed loops, stacked state by state; `constants`: values of inputs behind q, dq and ddq.
 pub(crate) fn sampled(regressor: &Function, closure: Option<Closure>, constants: &[f64]) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);
-    // Three times as many rows as columns, even where a link's columns are non-zero only in the row of its own joint.
-    let n_states = if n == 0 { 0 } else { 3 * p.div_ceil(n) + 8 };
-    let mut random = SplitMix(1995);
+    let n_states = if n == 0 { 0 } else { ROWS_PER_COLUMN * p.div_ceil(n) + EXTRA_STATES };
+    let mut random = SplitMix(STATE_SEED);
     let closed = closure.map(|mut closure| closure.sample(n, n_states, &mut random));
     let n_states = closed.as_ref().map_or(n_states, Vec::len);
     let mut states = Vec::with_capacity(n_states * tape.n_inputs());
@@ -21,8 +30,7 @@ pub(crate) fn sampled(regressor: &Function, closure: Option<Closure>, constants:
             Some(closed) => states.extend(closed[s].0.iter().chain(&closed[s].1)),
             None => states.extend((0..n).map(|_| std::f64::consts::PI * random.unit())),
         }
-        // Rates that let inertia, centrifugal and gravity terms weigh alike.
-        for scale in [2.0, 4.0] {
+        for scale in RATE_BOUNDS {
             states.extend((0..n).map(|_| scale * random.unit()));
         }
         states.extend_from_slice(constants);

@@ -1,25 +1,25 @@
 //! The triangle R of a matrix's QR, joint by joint.
 //!
-//! R'R = A'A. The rows of one joint go into R together, by Householder reflections of a row of R and the column beneath
-//! it [Golub, Van Loan, 5.1]. Memory is that of R and of one joint's rows. The row of a joint is zero in the columns of
+//! R'R = A'A. The rows of one joint are added to R together, by Householder reflections of a row of R and the column beneath
+//! it [Golub, Van Loan, 5.1]. Only R and the rows of one joint are in memory. The row of a joint is zero in the columns of
 //! bodies that it does not carry, and a column that is zero on both sides of a reflection stays zero. Such columns are
 //! skipped, which saves most of the work for a tree.
 //!
-//! A joint has some dozens of rows and a robot has thousands of columns, so R takes all that its rows tell long before
-//! the last column. What is left in the rows then is rounding. It is dropped: reflections that go on with it square it
-//! at every pass through the rows until the factor 2 / v'v overflows.
+//! A joint has some dozens of rows and a robot has thousands of columns, so R contains all information of the rows long
+//! before the last column. From there on the rows contain only rounding errors, which are dropped: further reflections would
+//! square them at every pass through the rows until the factor 2 / v'v overflows.
 
 use nalgebra::DMatrix;
 
-/// What is left in the rows of a joint, relative to the norm of the whole column, is rounding below this. Reflections
-/// leave 1e-15; the next pass through the rows leaves 1e-30 of it. The rank looks at 1e-7.
+/// Norm of the residual in the rows of a joint, relative to the norm of the whole column, up to which it is rounding.
+/// Reflections leave 1e-15; the next pass through the rows leaves 1e-30 of it. The threshold of the rank is 1e-7.
 const COLUMN_ROUNDING: f64 = 1e-15;
 
 /// R, p x p, of a matrix whose row i belongs to joint i modulo `joints`.
 pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
-    // The square of a denormal's root is no divisor.
+    // The bound is at least the smallest normal number, since the square of a smaller norm cannot be a divisor.
     let rounding =
         |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
     let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
@@ -31,15 +31,15 @@ pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     DMatrix::from_row_slice(p, p, &r)
 }
 
-/// Rows into R, row by row; `block` holds their columns one after the other and is used up. `rounding`: by column, the
-/// square below which nothing is left of it.
+/// Adds the rows of one joint to R. `block` holds the rows column by column and is overwritten. `rounding`: for each column
+/// the square of the norm up to which it counts as zero.
 fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
     let p = rounding.len();
     for c in 0..p {
         let (head, behind) = block.split_at_mut((c + 1) * rows);
         let v = &head[c * rows..];
         let square = dot(v, v);
-        // NaN goes on to the scan, which refuses it.
+        // NaN passes this test and reaches the scan, which refuses it.
         if square <= rounding[c] {
             continue;
         }
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use random::SplitMix;
 
-    /// R'R is A'A and R is that of an ordinary QR up to the signs of its rows, with columns that joints do not reach.
+    /// R'R = A'A, and R equals the R of an ordinary QR up to the signs of its rows, with columns that are zero for some joints.
     #[test]
     fn the_triangle_of_an_ordinary_qr() {
         let (joints, states, p) = (4, 9, 12);
@@ -91,7 +91,7 @@ mod tests {
         let expected = matrix.clone().qr().unpack_r();
         for c in 0..p {
             for i in 0..p {
-                // Entries are of order one: what is left is rounding.
+                // Entries are of order one: the difference is rounding.
                 assert!((found[(i, c)].abs() - expected[(i, c)].abs()).abs() < 1e-13, "{i} {c}");
                 assert!(i <= c || found[(i, c)] == 0.0);
             }
@@ -100,7 +100,7 @@ mod tests {
         assert!(gram.amax() < 1e-12);
     }
 
-    /// Many more columns than a joint has rows: a joint's rows are used up dozens of times. What they leave must not grow.
+    /// Many more columns than a joint has rows: the rows of a joint become zero dozens of times. Their rounding must not grow.
     #[test]
     fn rows_that_are_used_up_leave_nothing() {
         let (joints, states, p) = (3, 7, 600);
@@ -108,9 +108,9 @@ mod tests {
         let matrix = DMatrix::from_fn(joints * states, p, |_, _| random.unit());
         let found = triangle(&matrix, joints);
         let gram = found.transpose() * &found - matrix.transpose() * &matrix;
-        // Entries of 21 terms of order one. NaN is not below either.
+        // Entries are sums of 21 terms of order one. NaN fails the comparison too.
         assert!(gram.iter().all(|x| x.abs() < 1e-13));
-        // The rows of R beyond those of the matrix hold rounding alone.
+        // The rows of R beyond the number of rows of the matrix contain only rounding errors.
         assert!(found.rows(joints * states, p - joints * states).iter().all(|x| x.abs() < 1e-12));
     }
 
@@ -125,7 +125,7 @@ mod tests {
     fn few_rows_leave_zeros() {
         let matrix = DMatrix::from_row_slice(2, 3, &[3.0, 1.0, 2.0, 4.0, 1.0, 0.0]);
         let found = triangle(&matrix, 1);
-        // Rounding alone is left where there are no more rows.
+        // Only rounding remains where there are no more rows.
         assert!((found[(0, 0)].abs() - 5.0).abs() < 1e-14 && found[(2, 2)].abs() < 1e-14);
         assert_eq!(triangle(&DMatrix::zeros(0, 2), 3), DMatrix::zeros(2, 2));
     }

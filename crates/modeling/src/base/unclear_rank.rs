@@ -1,4 +1,4 @@
-//! Why a robot gets no base parameters, as a claim: what is wrong or cannot be told, and what mends it.
+//! Why a robot gets no base parameters, as a claim: the fault or the open question, and its remedy.
 
 use std::fmt;
 
@@ -8,48 +8,48 @@ use crate::base::evidence::Rank;
 use crate::base::rank::CLEAR_GAP;
 use crate::derivation::NeverCloses;
 
-/// What the refusal of a rank is a claim about.
+/// The topic of the claim that a refused rank makes.
 const BASE_PARAMETERS: Topic = Topic("base parameters");
 
-/// Why no base parameters are given: the evidence, for the caller to show.
+/// Why there are no base parameters, with the evidence, for the caller to show.
 #[derive(Clone, Debug)]
 pub enum UnclearRank {
     /// Some columns are neither clearly independent nor clearly dependent.
     Gap {
-        /// The rank by the numbers alone.
+        /// The numeric rank.
         rank: Rank,
         /// Columns within the gap, with their relative distances.
         doubtful: Vec<(String, f64)>,
     },
     /// The loops were never found closed.
     NeverCloses(NeverCloses),
-    /// The torque of some parameters is no finite number: lengths or angles are beyond what f64 holds.
+    /// The torque of some parameters is no finite number: lengths or angles exceed the range of f64.
     NotFinite {
-        /// Their names.
+        /// The names of these parameters.
         parameters: Vec<String>,
     },
-    /// Columns that the numbers keep although they are dependent for every robot of this structure.
+    /// Some columns are numerically independent although they are dependent for every robot of this structure.
     Exact {
-        /// Columns that the numbers keep.
+        /// Number of numerically independent columns.
         numeric: usize,
-        /// Columns that are independent in the field.
+        /// Number of columns that are independent in the field.
         exact: usize,
-        /// Names of those that only the numbers keep.
+        /// Names of the columns that are only numerically independent.
         only_numeric: Vec<String>,
     },
-    /// Columns that are dependent at these numbers alone: for almost every robot of this structure they are not.
+    /// Some columns are dependent only at these numbers; for almost every robot of this structure they are independent.
     Coincident {
-        /// Columns that the numbers keep.
+        /// Number of numerically independent columns.
         numeric: usize,
-        /// Columns that are independent in the field.
+        /// Number of columns that are independent in the field.
         exact: usize,
-        /// Names of those that only the field keeps.
+        /// Names of the columns that are independent only in the field.
         only_exact: Vec<String>,
     },
-    /// Some columns that the field chooses hardly stand out of the span of the others at these numbers, or others do that it
-    /// does not choose, although there are as many as the numbers keep.
+    /// The ranks agree, but at these numbers some columns that the field chooses hardly stand out of the span of the others,
+    /// or some columns that it does not choose stand out.
     Weak {
-        /// Their names, with their relative distances.
+        /// The names of these columns, with their relative distances.
         weak: Vec<(String, f64)>,
         /// Largest relative distance of a column that is not chosen.
         largest_dropped: f64,
@@ -62,32 +62,32 @@ pub enum UnclearRank {
         kept: String,
         /// The exact coefficient at the robot's values.
         exact: f64,
-        /// The coefficient by the numbers.
+        /// The numeric coefficient.
         numeric: f64,
     },
 }
 
-/// What to do about numbers that are almost special.
+/// The remedy for numbers that are almost special.
 const WRITE_WHAT_IS_MEANT: &str =
     "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
 
-/// What to do about numbers that are special by chance or on purpose.
+/// The remedy for numbers that are special by chance or on purpose.
 const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at every value: equal lengths or angles as one symbol, \
      a length that follows from others as their expression, gravity along an axis exactly so (in YAML, which `convert` \
      makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
      measured.";
 
-/// What to do about numbers beyond all others.
+/// The remedy for numbers that are too large.
 const LOOK_FOR_A_LARGE_ONE: &str = "Look for a length or an angle beyond reason.";
 
-/// What to do about loops that do not close.
+/// The remedy for loops that do not close.
 const CHECK_LOOPS: &str = "Check the lengths around each loop, and where the search for its passive joints starts.";
 
-/// How many names a message lists.
+/// Largest number of names that a message lists.
 const LISTED_NAMES: usize = 12;
 
 impl UnclearRank {
-    /// The refusal with its evidence. A rank that the field contradicts is contradicted, the others cannot be told.
+    /// The refusal with its evidence. The outcome is "contradicted" where the field has another rank, else "cannot tell".
     pub fn claim(&self) -> Claim {
         let subject = Subject::of(BASE_PARAMETERS, self.doubtful());
         let outcome = match self {
@@ -115,7 +115,7 @@ impl UnclearRank {
         }
     }
 
-    /// What is wrong, as a clause.
+    /// The fault, as a clause.
     fn fault(&self) -> String {
         match self {
             UnclearRank::Gap { rank, doubtful } => format!(
@@ -153,7 +153,7 @@ impl UnclearRank {
         }
     }
 
-    /// What to do, as a sentence.
+    /// The remedy, as a sentence.
     fn remedy(&self) -> &'static str {
         match self {
             UnclearRank::Coincident { .. } => SAY_WHAT_IS_MEANT,
@@ -167,7 +167,7 @@ impl UnclearRank {
 impl fmt::Display for UnclearRank {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // It says what to check itself.
+            // This error contains its own remedy.
             UnclearRank::NeverCloses(e) => e.fmt(f),
             _ => write!(f, "{}. {}", self.fault(), self.remedy()),
         }
@@ -182,7 +182,7 @@ impl From<NeverCloses> for UnclearRank {
     }
 }
 
-/// The first names, and how many more there are.
+/// The first [`LISTED_NAMES`] names, and the number of the others.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(LISTED_NAMES);
     let first = names[..names.len() - more].join(" ");
@@ -205,6 +205,6 @@ mod tests {
         assert!(text.contains("ZZ2") && text.contains("one symbol") && text.contains("contradicted"), "{text}");
         let many = UnclearRank::NotFinite { parameters: (0..40).map(|k| format!("M{k}")).collect() };
         assert!(many.to_string().contains("and 28 more"), "{many}");
-        assert!(many.claim().to_string().contains("cannot be told"), "{}", many.claim());
+        assert!(many.claim().to_string().contains("cannot tell"), "{}", many.claim());
     }
 }

@@ -1,9 +1,10 @@
-//! Columns that are independent, but too weak for a motion to show them.
+//! Columns that are independent, but too weak for every motion.
 //!
-//! Where two axes are parallel but for an angle a, some columns stand out of the span of the others by a or a^2 of their
-//! norm, which a double cannot tell from rounding, or no measurement from noise. The finite field finds them independent;
-//! the numbers drop them. So do they where two lengths agree by chance, which is another matter: there the columns are
-//! ordinary ones of almost every robot. The two are told apart by changing all numbers.
+//! Where two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only
+//! a or a^2 times their norm. This is not distinguishable from rounding in a double, or from noise in a measurement. The
+//! finite field finds these columns independent; the numeric scan drops them. The scan also drops columns where two lengths
+//! are equal by chance, although for almost every robot these columns are not weak. To distinguish the two cases all numbers
+//! are changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,14 +19,14 @@ use crate::base::regrouping::{Share, Shares};
 use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 
-/// What relations may leave out of a column, relative to the largest: a torque to six digits.
+/// Largest component of a column that a relation may omit, relative to the largest column: a torque to six digits.
 pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
-/// The numbers draw their line clearly where weak columns are named: of those that are kept, the weakest stands out this
-/// many times more than any that is dropped. What is dropped wrongly has its name.
+/// Least ratio of the smallest kept and the largest dropped distance where weak columns are accepted. The columns that are
+/// dropped although the field keeps them are listed by name.
 pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// What the relations of these columns leave out of them at the sampled state where it is most. It is compared with the root mean
-/// square of the largest column of the same joint, and the most of all joints counts: a wrist is weaker than a shoulder.
+/// For each `inexact` column the component that its relation omits, at the sampled state where it is largest. It is relative
+/// to the rms of the largest column of the same joint, since a wrist is weaker than a shoulder; the maximum over all joints.
 pub(crate) fn left_out(
     sampled: &DMatrix<f64>,
     joints: usize,
@@ -49,15 +50,19 @@ pub(crate) fn left_out(
     inexact.iter().map(rest).collect()
 }
 
-/// Lengths, and what angles differ by from a twelfth of pi, are changed by up to this part of themselves.
-const CHANGE: f64 = 0.25;
-/// Distance, and share of the largest column, of a column that stays weak where all numbers are changed: a hundred and ten
-/// times what the numbers drop, because it grows with the second power of an angle or the fourth of a length.
-const STAYS_WEAK: (f64, f64) = (100.0 * INDEPENDENT, 1e-8);
+/// Largest relative change of a length, and of the difference of an angle from the next multiple of pi/12.
+const RELATIVE_CHANGE: f64 = 0.25;
+/// Largest distance of a column that stays weak where all numbers are changed: a hundred times the threshold of the scan,
+/// because the distance grows with the second power of an angle or the fourth of a length.
+const WEAK_DISTANCE: f64 = 100.0 * INDEPENDENT;
+/// Largest share of the largest column, of a column that stays weak: ten times the bound of a zero column.
+const WEAK_SHARE: f64 = 1e-8;
+/// Seed of the changes of the numbers.
+const CHANGE_SEED: u64 = 2001;
 
-/// Whether columns that the numbers drop are nearly in the span of the others at other numbers too: an angle that is
-/// nearly, but not quite, zero makes such. Columns that two equal lengths tie together are not. Of loops, which close at
-/// few other numbers, those are weak that stand out by more than rounding.
+/// Whether columns that the numeric scan drops stay nearly in the span of the others at other numbers: columns of an angle
+/// that is almost zero do. Columns that coincide by two equal lengths do not. Loops close at few other numbers; there a
+/// column is weak if its distance is above rounding.
 pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
     if !robot.passive.is_empty() {
         return weak.iter().all(|&c| numeric.distance[c] > CLEAR_GAP * SCAN_ROUNDING);
@@ -65,16 +70,16 @@ pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak
     let constants = regressor.constants();
     let graph = regressor.graph();
     let is_angle = |e: Expr| graph.nodes().iter().any(|n| matches!(n, Node::Sin(a) | Node::Cos(a) if *a == e));
-    let mut random = SplitMix(2001);
+    let mut random = SplitMix(CHANGE_SEED);
     let changed = |(e, _, x): &(Expr, String, f64)| {
         let twelfth = std::f64::consts::PI / 12.0;
         let special = if is_angle(*e) { (x / twelfth).round() * twelfth } else { 0.0 };
-        special + (x - special) * (1.0 + CHANGE * random.unit())
+        special + (x - special) * (1.0 + RELATIVE_CHANGE * random.unit())
     };
     let values: Vec<f64> = constants.iter().map(changed).collect();
     let names: Vec<String> = constants.into_iter().map(|(_, name, _)| name).collect();
     let function = regressor.with_constants_as_input("constants", &names);
     let triangle = triangle(&sampled(&function, None, &values), regressor.outputs[0].rows);
-    let stays = |scan: &Scan| weak.iter().all(|&c| scan.distance[c] < STAYS_WEAK.0 || scan.share[c] < STAYS_WEAK.1);
+    let stays = |scan: &Scan| weak.iter().all(|&c| scan.distance[c] < WEAK_DISTANCE || scan.share[c] < WEAK_SHARE);
     scan(&triangle, Some(&numeric.kept)).is_ok_and(|scan| stays(&scan))
 }

@@ -1,14 +1,14 @@
 //! The rules of all base parameters as text, expanded or nested.
 //!
-//! Expanded, a rule names standard parameters alone: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. Nested, it names
-//! what the next link has gathered: with D_d = sum_c f_dc D_c the rule of a dropped parameter d,
+//! An expanded rule has only standard parameters: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. A nested rule has the
+//! regrouped parameters of the next link: with D_d = sum_c f_dc D_c the rule of a dropped parameter d,
 //!
 //! ```text
 //! X^R_c = X_c + sum_d f_dc X^R_d
 //! ```
 //! for every parameter c, kept or dropped, so that `XXR1 = XX1 - YYR1`, `YYR1 = YY1 + cos(A)^2*YYR2` and so on outward
-//! [Khalil, Dombre 2002, chapter 9]. A chain of n links has n such rules of bounded length; expanded, those of
-//! oblique axes grow faster than n^2, those of prismatic joints on them faster than any power of n.
+//! [Khalil, Dombre 2002, chapter 9]. A chain of n links has n such rules of bounded length. The length of expanded rules
+//! grows faster than n^2 for oblique axes, and faster than any power of n for prismatic joints on them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,22 +19,21 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// The rules are expanded while all of them together stay below this many characters. A humanoid of 44 joints needs a
-/// third of it.
+/// The rules are expanded up to this total number of characters. A humanoid of 44 joints needs a third of it.
 const EXPANDED_RULES_CHARACTERS: usize = 200_000;
-/// Most summands of rules that are to be expanded whatever their length: some 30 MB of text.
-const MOST_SUMMANDS: usize = 1_000_000;
+/// Largest total number of summands where expanded rules are requested: about 30 MB of text.
+const MAX_SUMMANDS: usize = 1_000_000;
 
 /// The rules of the base parameters as text.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    /// Of each base parameter, in the order of [`crate::BaseParameters::base`]:
+    /// The rule of each base parameter, in the order of [`crate::BaseParameters::base`]:
     /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, and `XY2 = XY2` where nothing is absorbed.
     pub base: Vec<String>,
-    /// Nested rules only: the rules of the regrouped parameters that these rules name and that are no base parameters.
+    /// Nested rules only: the rules of the regrouped parameters that `base` names and that are no base parameters.
     pub regrouped: Vec<String>,
-    /// The coefficient of each term of each base parameter in the robot's symbols, a number where no closed form was
-    /// found; empty where the rules are nested.
+    /// The coefficient of each term of each base parameter, in the robot's symbols; a number where no closed form was
+    /// found. Empty where the rules are nested.
     pub coefficients: Vec<Vec<String>>,
 }
 
@@ -42,19 +41,21 @@ pub struct Rules {
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
     regrouping: Regrouping,
-    /// Name of each standard parameter, and which inertial parameter of its link it is.
+    /// Name of each standard parameter.
     names: Vec<String>,
+    /// The inertial parameter of its link that each standard parameter is.
     inertials: Vec<Inertial>,
     /// The constants of the robot's graph, for their values and names in coefficients.
     symbols: Graph,
-    /// Constants that stand at several places ([`crate::kinematics::constants`]).
+    /// Constants that are used at several places ([`crate::kinematics::constants`]).
     places: BTreeMap<String, Vec<String>>,
-    /// Link of each standard parameter; label and antecedent of each link.
+    /// Link of each standard parameter.
     links: Vec<usize>,
+    /// Label and antecedent of each link.
     labels: Vec<(String, Option<usize>)>,
 }
 
-/// A rule's coefficients in full: by dropped column, the kept columns it is made of.
+/// Expanded relations: dropped column -> its kept columns and coefficients.
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
@@ -76,21 +77,21 @@ impl RuleSources {
         }
     }
 
-    /// Expanded where they are short, else nested. `kept`: the columns of the base parameters.
+    /// The rules, expanded where they are short, else nested. `kept`: the columns of the base parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
-        // A summand takes at least five characters, ` + M3`, and two summands may merge into a double angle.
+        // A summand has at least five characters, ` + M3`, and two summands may merge into a double angle.
         let expanded = self.expand(EXPANDED_RULES_CHARACTERS / 2).map(|expanded| self.written(&expanded, kept));
         expanded
             .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= EXPANDED_RULES_CHARACTERS)
             .unwrap_or_else(|| self.nested(kept))
     }
 
-    /// Expanded whatever their length; `None` beyond a million summands.
+    /// The rules, expanded independently of their length; `None` above [`MAX_SUMMANDS`] summands.
     pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
-        self.expand(MOST_SUMMANDS).map(|expanded| self.written(&expanded, kept))
+        self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Substitutes every rule into those that name it; `None` once all together have more than `most` summands.
+    /// Substitutes every rule into the rules that name it; `None` above `most` summands in total.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;
@@ -125,7 +126,7 @@ impl RuleSources {
             }
         }
         let mut rules = Rules { base: Vec::new(), regrouped: Vec::new(), coefficients: Vec::new() };
-        let names = Names::new(self);
+        let names = ConstantNames::new(self);
         for &column in kept {
             let terms = by_kept.get(&column).map_or(&[][..], Vec::as_slice);
             let left = self.regrouped_name(column, !terms.is_empty());
@@ -154,7 +155,7 @@ impl RuleSources {
         }
         absorbed.values_mut().for_each(|terms| terms.sort_by_key(|t| t.0));
 
-        let names = Names::new(self);
+        let names = ConstantNames::new(self);
         let name = |c: usize| self.regrouped_name(c, absorbed.contains_key(&c));
         let rule = |c: &usize| {
             let terms = absorbed.get(c).map_or(&[][..], Vec::as_slice);
@@ -179,7 +180,7 @@ impl RuleSources {
 
     fn text(
         &self,
-        names: &Names,
+        names: &ConstantNames,
         left: &str,
         own: usize,
         terms: &[(usize, &Beta)],
@@ -205,14 +206,14 @@ impl RuleSources {
 }
 
 /// The names of the constants in a rule.
-struct Names<'a> {
+struct ConstantNames<'a> {
     sources: &'a RuleSources,
-    /// Of the constants that stand at several places: the name of each link's own.
+    /// For constants at several places: link -> name of the constant at this link.
     own: BTreeMap<u32, BTreeMap<usize, &'a str>>,
 }
 
-impl<'a> Names<'a> {
-    fn new(sources: &'a RuleSources) -> Names<'a> {
+impl<'a> ConstantNames<'a> {
+    fn new(sources: &'a RuleSources) -> ConstantNames<'a> {
         let RuleSources { places, labels, symbols, .. } = sources;
         let links: BTreeMap<&str, usize> = labels.iter().enumerate().map(|(j, l)| (l.0.as_str(), j)).collect();
         let link = |place: &str| {
@@ -228,17 +229,17 @@ impl<'a> Names<'a> {
             }
             Some((s as u32, own))
         });
-        Names { sources, own: own.collect() }
+        ConstantNames { sources, own: own.collect() }
     }
 
-    /// Of the coefficient with which the parameter of column `kept` absorbs that of `dropped`: a number that stands at
-    /// several places is called by the one on the way between their links, the outermost where there are several.
+    /// The names in the coefficient with which the parameter of column `kept` absorbs the parameter of column `dropped`. A
+    /// number at several places gets the name of the place on the path between their links, the outermost one of several.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);
         move |symbol| {
-            let way = std::iter::successors(Some(from), |&j| labels[j].1).take_while(|&j| j != to);
-            let own = self.own.get(&symbol).and_then(|own| way.into_iter().find_map(|j| own.get(&j).copied()));
+            let path = std::iter::successors(Some(from), |&j| labels[j].1).take_while(|&j| j != to);
+            let own = self.own.get(&symbol).and_then(|own| path.into_iter().find_map(|j| own.get(&j).copied()));
             own.unwrap_or(&symbols.symbols()[symbol as usize].0).to_owned()
         }
     }

@@ -1,4 +1,4 @@
-//! Composite bodies: each link with all it carries, as if its joints were locked.
+//! Composite bodies: each link together with all links that it carries, their joints locked.
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
@@ -11,35 +11,35 @@ use robot::Robot;
 
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, Placement};
-use crate::kinematics::vector::{Turn, Vector, add, dot};
+use crate::kinematics::vector::{Vector, ZRotation, add, dot};
 
 /// A rigid body in a link frame, about its origin.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Body {
+pub(crate) struct RigidBody {
     /// xx xy xz yy yz zz.
     pub inertia: [Expr; 6],
     pub first_moment: Vector,
     pub mass: Expr,
 }
 
-impl Body {
-    pub(crate) fn new([xx, xy, xz, yy, yz, zz, mx, my, mz, m]: [Expr; 10]) -> Body {
-        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [mx, my, mz], mass: m }
+impl RigidBody {
+    pub(crate) fn new([xx, xy, xz, yy, yz, zz, mx, my, mz, m]: [Expr; 10]) -> RigidBody {
+        RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [mx, my, mz], mass: m }
     }
 
-    pub(crate) fn plus(self, g: &mut Graph, b: Body) -> Body {
-        Body {
+    pub(crate) fn plus(self, g: &mut Graph, b: RigidBody) -> RigidBody {
+        RigidBody {
             inertia: std::array::from_fn(|i| g.add(self.inertia[i], b.inertia[i])),
             first_moment: add(g, self.first_moment, b.first_moment),
             mass: g.add(self.mass, b.mass),
         }
     }
 
-    /// The same body in axes turned back about z.
-    pub(crate) fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
+    /// The body in axes turned back about z.
+    pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
-        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. A half turn and a quarter turn only
-        // exchange entries.
+        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. Half and quarter turns only exchange
+        // entries.
         let (xx, xy, yy) = if turn.sin.is_zero() {
             (xx, xy, yy)
         } else if turn.cos.is_zero() {
@@ -53,22 +53,26 @@ impl Body {
             (g.sub(xx, sk), g.sub(ck, xy), g.add(yy, sk))
         };
         let [xz, yz, _] = turn.unturned(g, [xz, yz, Expr::ZERO]);
-        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: turn.unturned(g, self.first_moment), mass: self.mass }
+        RigidBody {
+            inertia: [xx, xy, xz, yy, yz, zz],
+            first_moment: turn.unturned(g, self.first_moment),
+            mass: self.mass,
+        }
     }
 
-    /// The same body in axes turned back about x: the turn about z after a cyclic permutation of the axes.
-    fn unturned_about_x(self, g: &mut Graph, turn: Turn) -> Body {
+    /// The body in axes turned back about x: the turn about z after a cyclic permutation of the axes.
+    fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         let [x, y, z] = self.first_moment;
-        let moved = Body { inertia: [yy, yz, xy, zz, xz, xx], first_moment: [y, z, x], mass: self.mass };
+        let moved = RigidBody { inertia: [yy, yz, xy, zz, xz, xx], first_moment: [y, z, x], mass: self.mass };
         let back = moved.unturned(g, turn);
         let [yy, yz, xy, zz, xz, xx] = back.inertia;
         let [y, z, x] = back.first_moment;
-        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [x, y, z], mass: self.mass }
+        RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [x, y, z], mass: self.mass }
     }
 
-    /// The same body about a point: p leads from the new origin to the old one.
-    fn moved(self, g: &mut Graph, p: Vector) -> Body {
+    /// The body about another origin: p is the vector from the new origin to the old one.
+    fn moved(self, g: &mut Graph, p: Vector) -> RigidBody {
         let (s, m) = (self.first_moment, self.mass);
         let mp = p.map(|p| g.mul(m, p));
         // 2 (p . s) + m p . p = p . (s + s + m p)
@@ -92,11 +96,11 @@ impl Body {
             g.sub(x, sum)
         };
         let (xy, xz, yz) = (product(xy, 0, 1), product(xz, 0, 2), product(yz, 1, 2));
-        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
+        RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
-    /// The same body in the frame of the antecedent, about its origin.
-    pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Body {
+    /// The body in the frame of the antecedent, about the antecedent's origin.
+    pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> RigidBody {
         let body = self.unturned(g, placement.theta);
         let body = body.unturned_about_x(g, placement.alpha);
         let body = body.unturned(g, placement.gamma);
@@ -122,8 +126,8 @@ impl Body {
 }
 
 /// The composite body of every link.
-pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Body> {
-    let mut bodies: Vec<Body> = robot.link_ids().map(|j| Body::new(x.body(j))).collect();
+pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<RigidBody> {
+    let mut bodies: Vec<RigidBody> = robot.link_ids().map(|j| RigidBody::new(x.body(j))).collect();
     for j in robot.link_ids().rev() {
         bodies[j.0].name(g, &robot.link(j).label);
         if let Some(i) = robot.link(j).antecedent {

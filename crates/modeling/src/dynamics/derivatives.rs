@@ -1,19 +1,19 @@
-//! The derivatives of the torques by q and dq, and Christoffel's matrix C, by one recursion.
+//! The derivatives of the torques with respect to q and dq, and Christoffel's matrix C, by one recursion.
 //!
-//! Turn joint i by dq_i: what it carries sees the link before it turned back, with w, dw, a of that link changed by
-//! -z x w, -z x dw, -z x a. Its acceleration field changes by a field a_0 + A x r + 2 W x v(r),
+//! Turn joint i by dq_i: seen from the bodies it carries, the antecedent is turned back, and w, dw, a of the antecedent
+//! change by -z x w, -z x dw, -z x a. The acceleration field of these bodies changes by a field a_0 + A x r + 2 W x v(r),
 //!
 //! ```text
 //! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
 //! by dq_i   W = z       A = 2 w x z   a_0 = 2 v x z                revolute; prismatic W = A = 0, a_0 = 2 w x z
 //! ```
-//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]), and force and moment on the composite body of link j by I_j (A, a_0) + 2 B_j(W)
-//! ([`crate::dynamics::momenta`]). For j = i this is a wrench that is carried inward to every k before i; by q_i the
-//! force and moment that link i already has are turned with it. For j behind i only the part along z_j is wanted:
-//! the row of I_j along z_j, which is the unit wrench of the inertia matrix, is carried inward to i, and the row of B_j with
-//! it. The same result as [Singh, Russell, Wensing 2022], with classical accelerations.
+//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]). Force and moment on the composite body of link j
+//! change by I_j (A, a_0) + 2 B_j(W) ([`crate::dynamics::momenta`]). For j = i this wrench is transformed inward to every
+//! k before i; in the derivative by q_i the present force and moment of link i also turn with it. For j behind i only the
+//! component along z_j is needed: the row of I_j along z_j, which is the unit wrench of the inertia matrix, and the row of
+//! B_j are transformed inward to i. The result equals [Singh, Russell, Wensing 2022], with classical accelerations.
 //!
-//! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is the symmetric form behind them, so
+//! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.
 //!
 //! Where loops are solved numerically, the graph of the torques is differentiated instead.
@@ -23,14 +23,14 @@ use robot::{JointKind, LinkId};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
-use crate::dynamics::composite::Body;
+use crate::dynamics::composite::RigidBody;
 use crate::dynamics::factor::Factor;
 use crate::dynamics::inertia_matrix::{self, unit_wrench};
 use crate::dynamics::momenta::Momenta;
 use crate::dynamics::parameter_inputs::ParameterInputs;
-use crate::dynamics::run_axes::{InRun, Whole, in_runs, wholes};
+use crate::dynamics::run_axes::{CompositeBody, InRun, in_runs, wholes};
 use crate::dynamics::torque;
-use crate::kinematics::links::{LinkMotion, Motion, MotionInput, along_axis, link_motions};
+use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, along_axis, link_motions};
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
@@ -42,7 +42,7 @@ struct Derivatives {
 
 impl Derivation<'_> {
     /// Derivatives of the torques: inputs `q`, `dq`, `ddq`, `x` (X_base), outputs `dtau_by_q`, `dtau_by_dq` (n x n).
-    /// That by ddq is the inertia matrix.
+    /// The derivative by ddq is the inertia matrix.
     pub fn inverse_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let links = self.links.clone();
@@ -52,7 +52,7 @@ impl Derivation<'_> {
         Function::new("inverse_dynamics_derivatives", &self.graph, inputs, outputs)
     }
 
-    /// Christoffel's C: inputs `q`, `dq`, `x` (X_base), output `c` (n x n); C dq is the bias less gravity, and
+    /// Christoffel's C: inputs `q`, `dq`, `x` (X_base), output `c` (n x n). C dq is the bias torque without gravity, and
     /// dA/dt - 2 C is skew-symmetric.
     pub fn coriolis_matrix(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
@@ -68,6 +68,7 @@ impl Derivation<'_> {
     pub fn forward_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let n = self.robot.n_coordinates();
+        // ddq = A^-1 (tau - h) at the given torques.
         let a = inertia_matrix::entries(self, x);
         let coasting = self.coasting_links();
         let bias = torque::entries(self, &coasting, x);
@@ -77,10 +78,11 @@ impl Derivation<'_> {
         let factor = Factor::new(g, a, n);
         let right = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
         let ddq = factor.solve(g, right);
+        // -A^-1 times the derivatives of the torques at this ddq; numeric loops differentiate the graph of ddq.
         let (by_q, by_dq) = if implicit.is_some() {
             (by_each(self, &ddq, MotionInput::Q), by_each(self, &ddq, MotionInput::Dq))
         } else {
-            let links = link_motions(g, robot, constants, &Motion { ddq: ddq.clone(), ..motion.clone() });
+            let links = link_motions(g, robot, constants, &JointVariables { ddq: ddq.clone(), ..motion.clone() });
             let found = derivatives(self, &links, x, 2.0);
             let g = &mut self.graph;
             let [by_q, by_dq] = [found.by_q, found.by_dq].map(|rows| factor.solve_columns(g, &rows));
@@ -103,7 +105,7 @@ fn square(name: &str, entries: Vec<Expr>) -> Output {
     Output { name: name.into(), rows: n, columns: n, entries }
 }
 
-/// The derivatives of some entries by each coordinate, or by its rate, row by row. Passive coordinates follow by G.
+/// The derivatives of entries by each coordinate, or by its rate, row by row. Passive coordinates follow by G.
 fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
     let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
     let n = robot.n_coordinates();
@@ -119,7 +121,7 @@ fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Ve
     (0..entries.len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
 }
 
-/// `scale` is 2; with 1 `by_dq` is half of itself, which is C, and `by_q` is nothing.
+/// The derivatives for `scale` 2. For `scale` 1, `by_dq` is half the derivative, which is C, and `by_q` is meaningless.
 fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs, scale: f64) -> Derivatives {
     if derivation.implicit.is_some() {
         let tau = torque::entries(derivation, links, x);
@@ -129,7 +131,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         return Derivatives { by_q, by_dq: by_dq.into_iter().map(|entry| g.mul(share, entry)).collect() };
     }
     let Derivation { robot, graph: g, motion, constants, .. } = derivation;
-    // All velocities enter twice.
+    // Factor of all velocities in the field 2 W x v: 2 for derivatives, 1 for C.
     let scale = g.constant(scale);
     let w: Vec<Vector> = links.iter().map(|link| link.w.map(|w| g.mul(scale, w))).collect();
     let rates: Vec<Expr> = motion.dq.iter().map(|&rate| g.mul(scale, rate)).collect();
@@ -145,13 +147,13 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         if robot.link(j).joint.variable.terms.is_empty() || kind == JointKind::Fixed {
             continue;
         }
-        let Whole { body, momenta: of_link, wrench } = &wholes[j.0];
-        // What a change of joint j does to all before it.
+        let CompositeBody { body, momenta: of_link, wrench } = &wholes[j.0];
+        // The wrench of a change of joint j on all joints before it.
         let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
         let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
         let mut by_dq = changes[j.0].by_dq.wrench(g, *body, of_link);
-        // What a change of a joint before j does to joint j.
+        // The rows of I_j and B_j along z_j: the effect of a change of a joint before j on joint j.
         let (f, moment) = unit_wrench(g, *body, kind);
         let mut row = [f, moment];
         let along = of_link.along_z(g, kind == JointKind::Prismatic);
@@ -181,7 +183,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
     found
 }
 
-/// The part of `entry` = d(joint row)/d(joint column) that coordinates see.
+/// Adds `entry` = d(joint row)/d(joint column) to the derivatives of the coordinates that both joints follow.
 fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, column): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_coordinates();
     for &(r, rc) in &robot.link(row).joint.variable.terms {
@@ -193,7 +195,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench that is carried along by its joint: z x f and z x n; of a joint that slides z x f as a moment.
+/// The change of a wrench that moves with its joint: z x f and z x n for a revolute joint, the moment z x f for a prismatic
+/// joint.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
@@ -203,21 +206,21 @@ fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     }
 }
 
-/// How the acceleration field of what a joint carries changes: a_0 + A x r + 2 W x v(r).
-struct Field {
+/// The change of the acceleration field of the bodies that a joint carries: a_0 + A x r + 2 W x v(r).
+struct AccelerationField {
     W: Vector,
     A: Vector,
     a_0: Vector,
 }
 
-/// By the coordinate of a joint, and by its rate.
+/// The changes of the field by the coordinate of a joint, and by its rate.
 struct Change {
-    by_q: Field,
-    by_dq: Field,
+    by_q: AccelerationField,
+    by_dq: AccelerationField,
 }
 
 impl Change {
-    /// In the axes of the link's run; `scale` is that of the velocities.
+    /// The changes in the axes of the link's run; `scale` is the factor of the velocities.
     fn new(g: &mut Graph, kind: JointKind, link: &InRun, scale: Expr) -> Change {
         let ([wx, wy, _], v) = (link.w, link.v);
         let u_z = link.U.map(|row| row[2]);
@@ -229,22 +232,26 @@ impl Change {
                 let a_0 = add(g, [link.a[1], -link.a[0], Expr::ZERO], lift);
                 let twice_v = [v[1], -v[0], Expr::ZERO];
                 let z = [Expr::ZERO, Expr::ZERO, Expr::ONE];
-                Change { by_q: Field { W: e, A: u_z, a_0 }, by_dq: Field { W: z, A: twice_e, a_0: twice_v } }
+                Change {
+                    by_q: AccelerationField { W: e, A: u_z, a_0 },
+                    by_dq: AccelerationField { W: z, A: twice_e, a_0: twice_v },
+                }
             }
-            JointKind::Prismatic => {
-                Change { by_q: Field { W: NULL, A: NULL, a_0: u_z }, by_dq: Field { W: NULL, A: NULL, a_0: twice_e } }
-            }
+            JointKind::Prismatic => Change {
+                by_q: AccelerationField { W: NULL, A: NULL, a_0: u_z },
+                by_dq: AccelerationField { W: NULL, A: NULL, a_0: twice_e },
+            },
             JointKind::Fixed => {
-                let still = || Field { W: NULL, A: NULL, a_0: NULL };
+                let still = || AccelerationField { W: NULL, A: NULL, a_0: NULL };
                 Change { by_q: still(), by_dq: still() }
             }
         }
     }
 }
 
-impl Field {
-    /// Force and moment on a body: I (A, a_0) + 2 B(W); `momenta` are twice those of the body.
-    fn wrench(&self, g: &mut Graph, body: Body, momenta: &Momenta) -> [Vector; 2] {
+impl AccelerationField {
+    /// Force and moment on a body: I (A, a_0) + 2 B(W); `momenta` are twice the momenta of the body.
+    fn wrench(&self, g: &mut Graph, body: RigidBody, momenta: &Momenta) -> [Vector; 2] {
         let (across, moved) = (cross(g, self.A, body.first_moment), self.a_0.map(|a| g.mul(body.mass, a)));
         let (turned, lever) = (body.times(g, self.A), cross(g, body.first_moment, self.a_0));
         let (f, n) = momenta.times(g, self.W);
@@ -252,7 +259,7 @@ impl Field {
         [add(g, moved, f), add(g, turned, n)]
     }
 
-    /// The work of a unit wrench, and of the row of 2 B, along the field.
+    /// The entry f . a_0 + n . A + u . W of a unit wrench (f, n) and the row u of 2 B in the field.
     fn along(&self, g: &mut Graph, [f, n]: [Vector; 2], of_momenta: Vector) -> Expr {
         let sum = dot(g, f, self.a_0);
         let sum = plus_dot(g, sum, n, self.A);

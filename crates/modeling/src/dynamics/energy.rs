@@ -4,7 +4,7 @@
 //! K_j = 1/2 w . J w + v . (w x MS) + 1/2 M v . v + 1/2 IA dq_j^2
 //! U_j = -g . (M p_0j + R_0j MS)
 //! ```
-//! with v the velocity of O_j, everything in frame j; U is zero where O_j is at the base's origin.
+//! with v the velocity of O_j, all vectors in frame j. A mass at the origin of the base has U = 0.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -28,8 +28,8 @@ impl Derivation<'_> {
         Function::new("energy", g, inputs, outputs)
     }
 
-    /// Kinetic and potential energy: inputs `q`, `dq`, `x` (X_base), output `e` (2), J; the potential one is determined up to a
-    /// constant.
+    /// Kinetic and potential energy: inputs `q`, `dq`, `x` (X_base), output `e` (2), J. The potential energy is determined up
+    /// to a constant.
     pub fn energies(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let per_unit = energy_entries(self);
@@ -114,7 +114,7 @@ fn half_square(g: &mut Graph, x: Expr) -> Expr {
     g.mul(half, square)
 }
 
-/// -g in each link's frame, and -g . p_0j.
+/// -g in the axes of each link, m/s^2, and -g . p_0j, m^2/s^2.
 fn weights(derivation: &mut Derivation) -> Vec<(Vector, Expr)> {
     let Derivation { robot, graph: g, constants, links, .. } = derivation;
     let base = constants.weight(g);

@@ -1,11 +1,11 @@
-//! L D L^T of a symmetric matrix, written out [Cholesky]; the inertia matrix is positive definite for physical
-//! parameters, so that no pivot vanishes. Each pivot is divided by once: its inverse multiplies, since a division takes as
-//! long as some ten products.
+//! L D L^T of a symmetric matrix, written out [Cholesky]. The inertia matrix is positive definite for physical
+//! parameters, so that no pivot vanishes. Each pivot is inverted once and its inverse multiplies, since a division takes
+//! about as long as ten products.
 
 use expr::{Expr, Graph};
 
-/// A factored matrix. Its rows and columns stand from the last to the first: links stand after those that carry them, and
-/// where what is carried is eliminated first, branches of a tree stay apart, as zeros [Featherstone 2005].
+/// A factored matrix. Its rows and columns are in reverse order: a link comes before the links that carry it. Eliminating
+/// the carried links first preserves the zeros between branches of a tree [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
     /// L below the diagonal, L^T above it, D on it.
@@ -16,7 +16,7 @@ impl Factor {
     /// Factors `a`, n x n, row by row.
     pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
         a.reverse();
-        // Column by column, L^T takes the place of A above the diagonal, and D on it.
+        // Column by column, L^T replaces A above the diagonal, and D on it.
         for c in 0..n {
             for r in c + 1..n {
                 let scaled = a[r * n + c];
@@ -69,14 +69,14 @@ impl Factor {
         right
     }
 
-    /// A^-1 B, B row by row.
+    /// A^-1 B, with both matrices row by row.
     pub(crate) fn solve_columns(&self, g: &mut Graph, b: &[Expr]) -> Vec<Expr> {
         let n = self.n;
         let columns: Vec<Vec<Expr>> = (0..n).map(|c| self.solve(g, (0..n).map(|r| b[r * n + c]).collect())).collect();
         (0..n * n).map(|k| columns[k % n][k / n]).collect()
     }
 
-    /// A^-1 = L^-T D^-1 L^-1, each entry once.
+    /// A^-1 = L^-T D^-1 L^-1, row by row; entries above the diagonal by symmetry.
     pub(crate) fn inverse(&self, g: &mut Graph) -> Vec<Expr> {
         let n = self.n;
         let mut inverse = vec![Expr::ZERO; n * n];

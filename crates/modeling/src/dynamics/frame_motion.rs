@@ -3,8 +3,8 @@
 //! ```text
 //! v_f = v_j + w_j x p,   a_f = a_j + U_j p        p = p_jf, without gravity
 //! ```
-//! in the axes of the frame itself, of the base, or of another link. The part of the acceleration that is there at ddq = 0 is
-//! (dJ/dt) dq for the Jacobian in the axes of the base; in other axes the components of the same vector.
+//! in the axes of the frame itself, of the base, or of another link. The acceleration at ddq = 0 is (dJ/dt) dq for the
+//! Jacobian in the axes of the base; in other axes it has the components of this vector.
 
 use expr::{Expr, Function, Output};
 
@@ -12,12 +12,12 @@ use crate::derivation::Derivation;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::momenta::velocities;
 use crate::dynamics::reference_frame::{ReferenceFrame, constants, in_axes_of, suffix, turned_to};
-use crate::kinematics::links::{Motion, MotionInput, link_motions_under};
+use crate::kinematics::links::{JointVariables, MotionInput, link_motions_under};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
 impl Derivation<'_> {
-    /// Velocity of a frame's origin, then its angular velocity: inputs `q`, `dq`, output `v` (6), in its axes or those of
-    /// another.
+    /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s: inputs `q`, `dq`, output `v` (6), in the axes of
+    /// the frame or of a reference.
     pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -33,7 +33,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// Acceleration of a frame's origin, then its angular acceleration: inputs `q`, `dq`, `ddq`, output `a` (6).
+    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2: inputs `q`, `dq`, `ddq`, output `a`
+    /// (6), in the axes of the frame or of a reference.
     pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let moving = self.motion.clone();
@@ -57,7 +58,7 @@ impl Derivation<'_> {
 
 fn accelerations(
     derivation: &mut Derivation,
-    moving: &Motion,
+    moving: &JointVariables,
     frame: &LinkFrame,
     reference: Option<&ReferenceFrame>,
 ) -> Vec<Expr> {
@@ -65,13 +66,13 @@ fn accelerations(
     let links = link_motions_under(g, robot, of_robot, moving, NULL);
     let link = &links[frame.link.0];
     let p = constants(g, frame.pose.position);
-    let offset = link.spin.U.map(|row| dot(g, row, p));
+    let offset = link.angular_motion.U.map(|row| dot(g, row, p));
     let a = add(g, link.a, offset);
-    let dw = link.spin.dw;
+    let dw = link.angular_motion.dw;
     expressed(derivation, [a, dw], frame, reference)
 }
 
-/// Two vectors of the link's axes in those asked for.
+/// Two vectors, given in the axes of the link, in the axes of the frame or of the reference.
 fn expressed(
     derivation: &mut Derivation,
     vectors: [Vector; 2],

@@ -3,7 +3,7 @@
 //! ```text
 //! tau_f,k = FV_k dq_k + FS_k sign(dq_k) + OFF_k
 //! ```
-//! The sign is an input: the caller decides what it is at rest, and the function stays smooth.
+//! The sign is an input: the caller decides its value at rest, and the function stays smooth.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
@@ -13,7 +13,7 @@ use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::sum;
 
 impl Derivation<'_> {
-    /// Friction torques: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate), output `tau`.
+    /// Friction torques: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF of each coordinate), output `tau`.
     pub fn friction(&mut self) -> Function {
         let n = self.robot.n_coordinates();
         let labels = coordinate_labels(self.robot);

@@ -1,11 +1,11 @@
 //! The inertia matrix, by composite bodies.
 //!
-//! Joint j alone accelerating by one moves the composite body of its link with the wrench
+//! A unit acceleration of joint j alone acts on the composite body of its link with the wrench
 //!
 //! ```text
 //! f = z x MS (revolute) or M z (prismatic),   n = J z or MS x z
 //! ```
-//! at O_j; carried inward to joint k, its part along z_k is A_kj [Walker, Orin 1982]. Where joints
+//! at O_j. Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. Where joints
 //! follow the coordinates, A of the coordinates is C^T A C with C = d(joints)/d(coordinates).
 
 use expr::{Expr, Function, Graph, Output};
@@ -13,14 +13,14 @@ use robot::{Inertial, JointKind, LinkId, Robot};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
-use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::composite::{RigidBody, composites};
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::along_axis;
 use crate::kinematics::vector::{NULL, Vector};
 
 impl Derivation<'_> {
-    /// The inertia matrix: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2.
+    /// The inertia matrix: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2 (kg m or kg with prismatic joints).
     pub fn inertia_matrix(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let entries = entries(self, x);
@@ -62,7 +62,7 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
     reduced(g, &implicit.G, &transposed).concat()
 }
 
-/// A_kj of joints, and A_jk with it, to the coordinates they follow.
+/// Adds A_kj = A_jk of two joints to the entries of the coordinates that they follow.
 fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_variables();
     let terms = |link: LinkId| &robot.link(link).joint.variable.terms;
@@ -78,8 +78,8 @@ fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, Lin
     }
 }
 
-/// Force and moment at O_j of a body that its own joint accelerates by one.
-pub(crate) fn unit_wrench(g: &mut Graph, body: Body, kind: JointKind) -> (Vector, Vector) {
+/// Force and moment at O_j, in frame j, on a body with a unit acceleration of joint j.
+pub(crate) fn unit_wrench(g: &mut Graph, body: RigidBody, kind: JointKind) -> (Vector, Vector) {
     let [mx, my, _] = body.first_moment;
     match kind {
         JointKind::Revolute => ([-my, mx, Expr::ZERO], body.times(g, [Expr::ZERO, Expr::ZERO, Expr::ONE])),

@@ -1,17 +1,17 @@
-//! A frame fixed to a link, by the name that its file gives it.
+//! A frame fixed to a link, with its name in the robot's file.
 
 use robot::{LinkId, Pose, Robot};
 
-/// A frame fixed to a link, by which functions say where they speak of.
+/// A frame fixed to a link, to which functions such as poses and Jacobians refer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkFrame {
     /// The link.
     pub link: LinkId,
-    /// The frame in the frame of the link.
+    /// The pose of the frame in the frame of the link.
     pub pose: Pose,
-    /// What functions of it are called after; empty for a frame without a name.
+    /// The name that the functions of the frame contain; empty for a frame without a name.
     pub name: String,
-    /// Whether it is a frame of the robot's file, and not Khalil's frame of the link.
+    /// Whether it is a frame of the robot's file; else it is Khalil's frame of the link.
     pub is_files: bool,
 }
 
@@ -22,8 +22,8 @@ impl From<LinkId> for LinkFrame {
 }
 
 impl LinkFrame {
-    /// The frame that is called so: a link of a URDF in the frame the URDF gives it, fixed ones among them, a link of
-    /// another file by its name, its joint's name or its label. `None` where the robot has none of that name.
+    /// The frame with this name: for a URDF the frame of a link in the URDF, also of a fixed link; for other files the link
+    /// with this name, joint name or label. `None` where the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
         let of_file = robot.link_ids().find_map(|link| {
             let (_, pose) = robot.link(link).frames.iter().find(|(frame, _)| frame == name)?;
@@ -35,7 +35,7 @@ impl LinkFrame {
                 link.name == name || link.joint.name == name || link.label == name
             };
             let link = robot.link_ids().find(is)?;
-            // A joint of a URDF stands for the link it moves.
+            // The name of a joint of a URDF selects the link that it moves.
             let own = robot.link(link).frames.first();
             let pose = own.map_or(Pose::IDENTITY, |frame| frame.1);
             Some(LinkFrame { link, pose, name: name.into(), is_files: own.is_some() })
@@ -51,7 +51,7 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// What the frame is, for the reader of a generated file.
+    /// The kind of the frame, for the reader of a generated file.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",

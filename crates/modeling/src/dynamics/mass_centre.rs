@@ -3,14 +3,15 @@
 //! ```text
 //! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
 //! ```
-//! MS_0 and M_0 are those of all links together about the base origin; (f_k, n_k) is the momentum per unit of dq_k of what
-//! coordinate k moves, about the same point: the unit wrench of [`crate::dynamics::inertia_matrix`]. All in the axes of the
-//! base. The masses of all links are needed, which torques do not tell; the base itself and rotors are not counted.
+//! MS_0 and M_0 are first moment and mass of all links together about the base origin. (f_k, n_k) is the momentum of the
+//! bodies that coordinate k moves, per unit of dq_k and about this origin: the unit wrench of
+//! [`crate::dynamics::inertia_matrix`]. All in the axes of the base. The masses of all links are needed, which are not
+//! identifiable from torques; the base itself and rotors are not counted.
 
 use expr::{Expr, Function, Graph, Output};
 
 use crate::derivation::Derivation;
-use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::composite::{RigidBody, composites};
 use crate::dynamics::inertia_matrix::unit_wrench;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
@@ -22,7 +23,7 @@ impl Derivation<'_> {
     /// frame, and its Jacobian `j` (3 x n).
     pub fn centre_of_mass(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
-        let Whole { mass, centre, momenta } = whole(self, x);
+        let AllLinks { mass, centre, momenta } = whole(self, x);
         let g = &mut self.graph;
         let rows: Vec<Vec<Expr>> = (0..3).map(|r| momenta.iter().map(|k| g.div(k[r], mass)).collect()).collect();
         let inputs = [self.motion.configuration(), vec![x.input()]].concat();
@@ -35,7 +36,7 @@ impl Derivation<'_> {
     /// `h` (6), in the axes of the base, and `map` (6 x n) with h = map dq.
     pub fn centroidal_momentum(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
-        let Whole { centre, momenta, .. } = whole(self, x);
+        let AllLinks { centre, momenta, .. } = whole(self, x);
         let Derivation { graph: g, motion, .. } = self;
         let mut about_centre = |k: &Vec<Expr>| {
             let (f, n) = ([k[0], k[1], k[2]], [k[3], k[4], k[5]]);
@@ -59,8 +60,8 @@ impl Derivation<'_> {
     }
 }
 
-/// All links together.
-struct Whole {
+/// Mass, centre of mass and momenta of all links together.
+struct AllLinks {
     mass: Expr,
     /// In the base frame.
     centre: Vector,
@@ -68,20 +69,20 @@ struct Whole {
     momenta: Vec<Vec<Expr>>,
 }
 
-fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
+fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
     let Derivation { robot, graph: g, links, implicit, .. } = derivation;
     let bodies = composites(g, robot, links, x);
     let (mut mass, mut moment) = (Expr::ZERO, NULL);
     let mut momenta = vec![vec![Expr::ZERO; 6]; robot.n_variables()];
     for j in robot.link_ids() {
         let link = robot.link(j);
-        // MS_0 and M_0: of the links that stand on the base, each with all that it carries.
+        // MS_0 and M_0: the sum over the composite bodies of the links on the base.
         if link.antecedent.is_none() {
             let carried = carried_first_moment(g, bodies[j.0], &links[j.0].placement);
             moment = add(g, moment, carried);
             mass = g.add(mass, bodies[j.0].mass);
         }
-        // (f_k, n_k) of what joint j moves, carried inward to the base's origin.
+        // (f_k, n_k) of the bodies that joint j moves, transformed inward to the base's origin.
         let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
         let mut at = Some(j);
         while let Some(k) = at {
@@ -96,15 +97,15 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
             }
         }
     }
-    // Passive coordinates follow from the others: their momenta join those through G.
+    // Passive coordinates follow from the others: G adds their momenta to the momenta of the coordinates.
     if let Some(implicit) = implicit {
         momenta = reduced(g, &implicit.G, &momenta);
     }
     let centre = moment.map(|s| if mass.is_zero() { s } else { g.div(s, mass) });
-    Whole { mass, centre, momenta }
+    AllLinks { mass, centre, momenta }
 }
 
-fn carried_first_moment(g: &mut Graph, body: Body, placement: &crate::kinematics::links::Placement) -> Vector {
+fn carried_first_moment(g: &mut Graph, body: RigidBody, placement: &crate::kinematics::links::Placement) -> Vector {
     let turned = placement.to_antecedent(g, body.first_moment);
     let moved = placement.p.map(|p| g.mul(body.mass, p));
     add(g, turned, moved)

@@ -3,6 +3,7 @@
 pub(crate) mod composite;
 pub(crate) mod derivatives;
 pub(crate) mod energy;
+pub(crate) mod entry_forms;
 pub(crate) mod factor;
 pub(crate) mod forward_dynamics;
 pub(crate) mod frame_motion;
@@ -10,7 +11,6 @@ pub(crate) mod friction;
 pub(crate) mod inertia_matrix;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
-pub(crate) mod moment_ways;
 pub(crate) mod momenta;
 pub(crate) mod momentum;
 pub(crate) mod parameter_inputs;

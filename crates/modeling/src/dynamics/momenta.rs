@@ -1,4 +1,4 @@
-//! What a rigid body's velocities do when its motion changes: first moments of momentum.
+//! First moments of momentum of a rigid body: the effect of its velocities when its motion changes.
 //!
 //! With r from O_j to a point of mass m and v its velocity, sums over a body,
 //!
@@ -10,14 +10,14 @@
 //! ```text
 //! B(W) = (sum m W x v, sum m r x (W x v)) = (W x h, tr(E) W - E^T W)
 //! ```
-//! B is the factor of [Echeandia, Wensing 2021] in nine numbers and three, instead of a matrix of 36.
+//! B is the factor of [Echeandia, Wensing 2021] in 9 + 3 numbers (E and h) instead of a matrix of 36.
 
 use expr::{Expr, Graph};
 use robot::Robot;
 
-use crate::dynamics::composite::Body;
+use crate::dynamics::composite::RigidBody;
 use crate::kinematics::links::{LinkMotion, Placement};
-use crate::kinematics::vector::{NULL, Turn, Vector, add, cross};
+use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross};
 
 /// Momentum h and its first moment E about a point.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +28,8 @@ pub(crate) struct Momenta {
 }
 
 impl Momenta {
-    /// Of a body that turns by w and whose origin moves by v.
-    pub(crate) fn new(g: &mut Graph, body: Body, w: Vector, v: Vector) -> Momenta {
+    /// The momenta of a body with angular velocity w and velocity v of its origin.
+    pub(crate) fn new(g: &mut Graph, body: RigidBody, w: Vector, v: Vector) -> Momenta {
         let [xx, xy, xz, yy, yz, zz] = body.inertia;
         let half = g.constant(0.5);
         let mut second = |a: Expr, b: Expr, c: Expr| {
@@ -47,8 +47,8 @@ impl Momenta {
         Momenta { h: add(g, moved, turned), E }
     }
 
-    /// In axes turned back about z.
-    pub(crate) fn unturned(self, g: &mut Graph, turn: Turn) -> Momenta {
+    /// The momenta in axes turned back about z.
+    pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
         // k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
         let (xx, xy, yx, yy) = if turn.sin.is_zero() {
@@ -67,8 +67,8 @@ impl Momenta {
         Momenta { h: turn.unturned(g, self.h), E: [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] }
     }
 
-    /// In axes turned back about x: about z after a cyclic exchange of the axes.
-    fn unturned_about_x(self, g: &mut Graph, turn: Turn) -> Momenta {
+    /// The momenta in axes turned back about x: the turn about z after a cyclic permutation of the axes.
+    fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let next = |v: Vector| [v[1], v[2], v[0]];
         let back = |v: Vector| [v[2], v[0], v[1]];
         let [x, y, z] = self.E.map(next);
@@ -77,7 +77,7 @@ impl Momenta {
         Momenta { h: back(turned.h), E: [x, y, z] }
     }
 
-    /// In the frame of the antecedent, about its origin: E + p h^T.
+    /// The momenta in the frame of the antecedent, about its origin: E + p h^T.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
         let turned = self.unturned(g, placement.theta);
         let turned = turned.unturned_about_x(g, placement.alpha);
@@ -89,12 +89,12 @@ impl Momenta {
         Momenta { h: turned.h, E: moved }
     }
 
-    /// Of two bodies together.
+    /// The momenta of two bodies together.
     pub(crate) fn plus(self, g: &mut Graph, b: Momenta) -> Momenta {
         Momenta { h: add(g, self.h, b.h), E: [0, 1, 2].map(|a| add(g, self.E[a], b.E[a])) }
     }
 
-    /// B(W): force and moment.
+    /// Force and moment of B(W).
     pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
         let E = &self.E;
         let n = [0, 1, 2].map(|a| {
@@ -107,14 +107,14 @@ impl Momenta {
         (cross(g, W, self.h), n)
     }
 
-    /// The row u with u . W the moment of B(W) about z; `is_force`: its force along z.
+    /// The row u with u . W the moment of B(W) about z, or with `is_force` the force of B(W) along z.
     pub(crate) fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
         let E = &self.E;
         if is_force { [self.h[1], -self.h[0], Expr::ZERO] } else { [-E[0][2], -E[1][2], g.add(E[0][0], E[1][1])] }
     }
 }
 
-/// The velocity of every O_j in frame j, of all angular velocities.
+/// The velocity of every O_j in frame j, from the angular velocities w of all links and the rates dq.
 pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], w: &[Vector], dq: &[Expr]) -> Vec<Vector> {
     let mut velocities: Vec<Vector> = Vec::new();
     for (link, at) in robot.links.iter().zip(links) {

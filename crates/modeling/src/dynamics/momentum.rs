@@ -1,18 +1,18 @@
-//! The generalised momentum p = A(q) dq, whose rate is d p/dt = tau + C^T dq - g [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
+//! The generalised momentum p = A(q) dq with dp/dt = tau + C^T dq - g [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
 //! 2006], from the momentum of each link:
 //!
 //! ```text
 //! h = M v + w x MS,   L = J w + MS x v       p_j = z . L (revolute) or z . h (prismatic) + IA dq_j
 //! ```
-//! h and L of all that a link carries travel inward. As a regressor each link's are contracted with the twists of the
-//! coordinates, as in [`crate::dynamics::regressor`].
+//! h and L of each link are transformed inward and added up. For the regressor, h and L of each link are contracted with the
+//! twists of the coordinates, as in [`crate::dynamics::regressor`].
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
-use crate::dynamics::composite::Body;
+use crate::dynamics::composite::RigidBody;
 use crate::dynamics::momenta::velocities;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
@@ -31,13 +31,13 @@ impl Derivation<'_> {
         let mut momenta: Vec<[Vector; 2]> = robot
             .link_ids()
             .map(|j| {
-                let (body, w, v) = (Body::new(x.body(j)), links[j.0].w, v[j.0]);
+                let (body, w, v) = (RigidBody::new(x.body(j)), links[j.0].w, v[j.0]);
                 let (moved, turned) = (v.map(|v| g.mul(body.mass, v)), cross(g, w, body.first_moment));
                 let (own, lever) = (body.times(g, w), cross(g, body.first_moment, v));
                 [add(g, moved, turned), add(g, own, lever)]
             })
             .collect();
-        // From the tips inward: each link's momentum along its axis, then added to what carries it.
+        // From the tips inward: the momentum of each link along its axis, then added to the antecedent.
         for j in robot.link_ids().rev() {
             let link = robot.link(j);
             let [h, L] = momenta[j.0];
@@ -51,7 +51,7 @@ impl Derivation<'_> {
                 momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
             }
         }
-        // Passive coordinates follow from the others: their momenta join those through G.
+        // Passive coordinates follow from the others: G adds their momenta to the momenta of the coordinates.
         let p = match implicit {
             None => p,
             Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
@@ -61,7 +61,7 @@ impl Derivation<'_> {
         Function::new("momentum", g, inputs, vec![output])
     }
 
-    /// A dq per unit of each base parameter: inputs `q`, `dq`, output `y` (n x p).
+    /// The generalised momentum A dq per unit of each base parameter: inputs `q`, `dq`, output `y` (n x p).
     pub fn momentum_regressor(&mut self, base: &BaseParameters) -> Function {
         let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
         let w: Vec<Vector> = links.iter().map(|link| link.w).collect();

@@ -1,7 +1,7 @@
-//! Inertial parameters as inputs of a function: all of X, or the kept ones of X_base.
+//! Inertial parameters as inputs of a function: all standard parameters X, or the base parameters X_base.
 //!
-//! A function of base parameters is the function of standard parameters with zeros in place of those that
-//! were dropped. The graph leaves their terms out.
+//! A function of base parameters is the function of standard parameters with zeros for the dropped
+//! parameters. The graph omits their terms.
 
 use expr::{Expr, Input, SymbolKind};
 use robot::{Inertial, LinkId, StandardParameter};
@@ -9,7 +9,7 @@ use robot::{Inertial, LinkId, StandardParameter};
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 
-/// Standard parameters as inputs: the p entries of X, or the kept ones of X_base.
+/// Parameters as inputs: the p entries of X, or the entries of X_base.
 pub(crate) struct ParameterInputs {
     pub x: Vec<Expr>,
     parameters: Vec<StandardParameter>,
@@ -23,7 +23,7 @@ impl ParameterInputs {
         ParameterInputs::of(derivation, parameters, &names)
     }
 
-    /// A base parameter stands in the place of the standard one it is named after.
+    /// The base parameters as inputs, each in the place of the standard parameter that it is named after.
     pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
         let names: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
         ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect(), &names)
@@ -35,7 +35,7 @@ impl ParameterInputs {
         ParameterInputs { x, parameters }
     }
 
-    /// Zero where the parameter is not among them.
+    /// The input of a parameter; zero where the parameter is not an input.
     pub(crate) fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
         let parameter = StandardParameter { link, inertial };
         self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])

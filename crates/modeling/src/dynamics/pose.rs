@@ -1,11 +1,11 @@
-//! Where a link is, how it moves with the coordinates, and what a force on it does to the torques.
+//! The pose of a link, its Jacobian, and the torques of an external wrench.
 //!
 //! ```text
 //! T_0j = [R_0j p_0j]            3 x 4, in the base frame
 //! V_j  = J_j dq                 6 x n: velocity of O_j, then angular velocity, in frame j
 //! tau  = J_j^T F_j              F_j: force, then moment at O_j, that link j exerts on the environment
 //! ```
-//! Of a frame f fixed to link j, with R = R_jf and p = p_jf: T_0f = T_0j T_jf, v_f = R^T (v_j + w_j x p), w_f = R^T w_j.
+//! For a frame f fixed to link j, with R = R_jf and p = p_jf: T_0f = T_0j T_jf, v_f = R^T (v_j + w_j x p), w_f = R^T w_j.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
@@ -17,7 +17,7 @@ use crate::kinematics::links::Twist;
 use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
 impl Derivation<'_> {
-    /// Pose of a link or of a frame fixed to it: input `q`, output `t` (3 x 4): R_0j and p_0j.
+    /// Pose of a link, or of a frame fixed to it, in the base frame: input `q`, output `t` (3 x 4): R_0j and p_0j in m.
     pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -37,7 +37,7 @@ impl Derivation<'_> {
         Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
     }
 
-    /// Pose of a frame in another: input `q`, output `t` (3 x 4).
+    /// Pose of a frame in a reference frame: input `q`, output `t` (3 x 4).
     pub fn pose_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -52,19 +52,19 @@ impl Derivation<'_> {
         Function::new(&name, g, motion.configuration(), vec![output])
     }
 
-    /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of O_j, then angular velocity, in
-    /// that frame, per unit of each coordinate's rate.
+    /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of its origin, then angular
+    /// velocity, in the axes of that frame, per unit of each coordinate's rate.
     pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
         jacobian(self, &frame.into(), None)
     }
 
-    /// Jacobian of a frame in the axes of another: input `q`, output `j` (6 x n).
+    /// Jacobian of a frame in the axes of a reference frame: input `q`, output `j` (6 x n).
     pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         jacobian(self, &frame.into(), Some(reference))
     }
 
-    /// Jacobian of a point fixed to a frame, in its axes or those of another: inputs `q`, `point` (3, m, in the frame),
-    /// output `j` (6 x n).
+    /// Jacobian of a point fixed to a frame, in the axes of the frame or of a reference: inputs `q`, `point` (3, m, in the
+    /// frame), output `j` (6 x n).
     pub fn point_jacobian(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let g = &mut self.graph;
@@ -82,8 +82,8 @@ impl Derivation<'_> {
         Function::new(&name, &self.graph, inputs, vec![output])
     }
 
-    /// Torques of a wrench: inputs `q`, `wrench` (force, then moment at O_j, that the link exerts on
-    /// the environment, in its frame), output `tau`.
+    /// Torques of a wrench: inputs `q`, `wrench` (force, then moment about the frame's origin, that the link exerts on
+    /// the environment, in the axes of the frame), output `tau`.
     pub fn external_torque(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let p = constants(&mut self.graph, frame.pose.position);
@@ -105,7 +105,7 @@ impl Derivation<'_> {
     }
 }
 
-/// Input `q`; output `j`, 6 x n.
+/// The Jacobian function: input `q`; output `j`, 6 x n.
 fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
     let p = constants(&mut derivation.graph, frame.pose.position);
     let rows = jacobian_rows(derivation, frame, reference, p);

@@ -1,11 +1,11 @@
-//! What passes through the joints: the force and the moment with which the link before moves each link.
+//! The reactions of the joints: the force and the moment that the antecedent exerts on each link.
 //!
 //! ```text
 //! F_j = (f_j, n_j)     force, then moment at O_j, in frame j; N, N m
 //! ```
 //! by the recursion of the torques (`torque.rs`), gravity included. The entry along the joint axis is the torque of the
-//! joint less IA ddq, since a rotor acts at its drive. Regrouped parameters give other forces than those of the bodies, so
-//! the standard ones are needed. In a loop the forces of the cut joint pass through the others: those are not here.
+//! joint minus IA ddq, since a rotor acts at its drive. Regrouped parameters give other forces than the bodies have, so the
+//! standard parameters are needed. In a loop the other joints also transmit the forces of the cut joint: loops are excluded.
 
 use expr::{Expr, Function, Output};
 
@@ -14,8 +14,8 @@ use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::torque::wrenches;
 
 impl Derivation<'_> {
-    /// Force and moment through each joint: inputs `q`, `dq`, `ddq`, `x` (the standard parameters), output `f` (6 x links):
-    /// force, then moment at O_j, with which the link before moves link j, in frame j. Of a robot without loops.
+    /// Force and moment through each joint of a robot without loops: inputs `q`, `dq`, `ddq`, `x` (the standard parameters),
+    /// output `f` (6 x links): force, N, then moment at O_j, N m, that the antecedent exerts on link j, in frame j.
     pub fn joint_reactions(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
         let Derivation { robot, graph: g, motion, links, .. } = self;

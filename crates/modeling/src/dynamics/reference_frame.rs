@@ -1,4 +1,4 @@
-//! In whose axes a function of a link speaks: the base's, or those of another link.
+//! The frame in which a function of a link is expressed: the frame of the base, or a frame of another link.
 
 use expr::{Expr, Graph};
 use robot::{LinkId, Pose, Robot};
@@ -10,14 +10,14 @@ use crate::kinematics::vector::{Vector, add, dot};
 /// A frame in which a function of a link is expressed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReferenceFrame {
-    /// That of the base.
+    /// The frame of the base.
     Base,
-    /// One fixed to a link.
+    /// A frame fixed to a link.
     Link(LinkFrame),
 }
 
 impl ReferenceFrame {
-    /// The frame that is called so; `base` is that of the base.
+    /// The frame with this name; `base` is the frame of the base. `None` where the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<ReferenceFrame> {
         match LinkFrame::named(robot, name) {
             Some(frame) => Some(ReferenceFrame::Link(frame)),
@@ -25,7 +25,7 @@ impl ReferenceFrame {
         }
     }
 
-    /// What it is called.
+    /// The name of the frame.
     pub(crate) fn name(&self) -> &str {
         match self {
             ReferenceFrame::Base => "base",
@@ -48,7 +48,7 @@ impl ReferenceFrame {
     }
 }
 
-/// A vector given in frame `from`, in the axes of the reference.
+/// A vector given in the axes of frame `from`, in the axes of the reference.
 pub(crate) fn in_axes_of(
     g: &mut Graph,
     robot: &Robot,
@@ -87,7 +87,7 @@ pub(crate) fn at_place_of(
     turned_to(g, &pose, apart)
 }
 
-/// Components in the axes of a frame of a vector given in the axes of its link: R^T v.
+/// A vector given in the axes of a link, in the axes of a frame fixed to it: R^T v.
 pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     [0, 1, 2].map(|c| {
         let axis = [0, 1, 2].map(|r| g.constant(pose.rotation[r][c]));
@@ -95,7 +95,7 @@ pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     })
 }
 
-/// The links whose placements lead from one inward to the last that carries both, and outward to the other.
+/// The links on the path from `from` inward to the last link that carries both, and then outward to `to`.
 fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<LinkId>) {
     let to_base = |link: Option<LinkId>| {
         let next = |j: &LinkId| robot.link(*j).antecedent;
@@ -110,13 +110,13 @@ fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<Li
     (up, down)
 }
 
-/// What stands behind the name of a function: `_in_base`.
+/// The suffix of a function's name for the reference: `_in_base`.
 pub(crate) fn suffix(reference: Option<&ReferenceFrame>) -> String {
     let word = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
     reference.map_or(String::new(), |r| format!("_in_{}", r.name().chars().map(word).collect::<String>()))
 }
 
-/// Zero of a vector in constants.
+/// A vector of numbers as constants of the graph.
 pub fn constants(g: &mut Graph, v: [f64; 3]) -> Vector {
     v.map(|x| -> Expr { g.constant(x) })
 }

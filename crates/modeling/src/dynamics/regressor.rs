@@ -6,17 +6,17 @@
 //! f = M a + U MS,   n = J dw + w x (J w) + MS x a
 //! ```
 //! so that row k, column c of link j is z_jk . n_c + d_jk . f_c: the power of the wrench per unit of
-//! parameter c along the twist of coordinate k. The twists travel outward with the frames
-//! ([`crate::kinematics::links`]); no wrench travels inward. A rotor's column is (d q_j / d q_k) ddq_j.
+//! parameter c along the twist of coordinate k. The twists are transformed outward with the frames
+//! ([`crate::kinematics::links`]); no wrench is transformed inward. A rotor's column is (d q_j / d q_k) ddq_j.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
-use crate::dynamics::moment_ways::{Column, fewest};
+use crate::dynamics::entry_forms::{WrenchColumn, fewest};
+use crate::kinematics::angular_motion::AngularMotion;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::LinkMotion;
-use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, cross, dot};
 
 impl Derivation<'_> {
@@ -61,7 +61,7 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
-    // First moments before masses, which trees drop as they drop MZ.
+    // First moments in a first step, then masses and MZ, which trees drop from the base parameters.
     let (mut moments, mut masses) = (Vec::new(), Vec::new());
     for (place, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
@@ -74,8 +74,8 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
         }
         let Wrench { f, n } = unit_wrench(g, j, parameter.inertial);
         match parameter.inertial {
-            Inertial::Mx | Inertial::My => moments.push(Column { place, link: parameter.link, f, n }),
-            Inertial::Mz | Inertial::M => masses.push(Column { place, link: parameter.link, f, n }),
+            Inertial::Mx | Inertial::My => moments.push(WrenchColumn { place, link: parameter.link, f, n }),
+            Inertial::Mz | Inertial::M => masses.push(WrenchColumn { place, link: parameter.link, f, n }),
             _ => {
                 for (k, twist) in j.jacobian.iter().enumerate() {
                     entries[k * parameters.len() + place] = twist.map_or(Expr::ZERO, |twist| dot(g, twist.z, n));
@@ -104,7 +104,7 @@ struct Wrench {
 }
 
 fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
-    let Spin { dw: [dwx, dwy, dwz], ww, U, differences } = j.spin;
+    let AngularMotion { dw: [dwx, dwy, dwz], ww, U, differences } = j.angular_motion;
     let column = |c: usize| [U[0][c], U[1][c], U[2][c]];
     let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { Expr::ZERO });
     let n = match parameter {

@@ -1,36 +1,37 @@
-//! Axes in which a robot's links are looked at together, and what each link and all it carries are in them.
+//! Common axes for the links of a run, and each link with all links that it carries in these axes.
 //!
-//! Links on parallel axes are a run ([`crate::kinematics::links`]). In axes that do not turn with the joints of a run but
-//! with what carries it, nothing turns from one link of the run to the next, and from the first link to what carries it only
-//! by alpha, most often a right angle. Each link is placed in these axes by one turn about z:
+//! Links on parallel axes are a run ([`crate::kinematics::links`]). The axes of a run turn with the antecedent of the run and
+//! not with its joints. So no rotation is needed from one link of the run to the next, and from the first link to the
+//! antecedent only the rotation by alpha, most often a right angle. Each link is placed in these axes by one turn about z:
 //!
 //! ```text
 //! v = Rz(psi_k) v_k,   psi_k = sum of theta over the run up to k      v in the axes of the run, v_k in the link's
 //! ```
-//! A run on the base has no frame that carries it, and takes the axes of its last link instead, psi_k -> psi_k - psi_last.
+//! A run on the base has no antecedent; it uses the axes of its last link instead, psi_k -> psi_k - psi_last.
 //!
-//! The body of link k is summed in two steps: in the link's own axes, where its ten parameters are constant, with the runs
-//! that begin on it; and, after one turn of all these, in the axes of the run with the next links of the run.
+//! The body of link k is summed in two steps. In the link's own axes, where its ten parameters are constant, the runs that
+//! begin on it are added. Then the sum is turned once, and in the axes of the run the next links of the run are added.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, LinkId, Robot};
 
-use crate::dynamics::composite::Body;
+use crate::dynamics::composite::RigidBody;
 use crate::dynamics::momenta::Momenta;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::torque;
 use crate::kinematics::angle::Angle;
-use crate::kinematics::links::{LinkMotion, Motion, Placement, joint_variable};
-use crate::kinematics::spin::Spin;
-use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
+use crate::kinematics::angular_motion::AngularMotion;
+use crate::kinematics::links::{JointVariables, LinkMotion, Placement, joint_variable};
+use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross, dot};
 
 /// A link in the axes of its run.
 pub(crate) struct InRun {
-    /// From the axes of the run to those of the link.
-    psi: Turn,
+    /// The rotation from the axes of the run to the axes of the link.
+    psi: ZRotation,
     /// Whether the link begins a run.
     begins: bool,
-    /// Where the link before it is: of a link that begins a run in that link's own axes, else in those of the run.
+    /// The placement of the link in its antecedent: in the antecedent's own axes where the link begins a run, else in the axes
+    /// of the run.
     placement: Placement,
     pub w: Vector,
     /// Acceleration of O_k minus g.
@@ -45,31 +46,31 @@ pub(crate) struct InRun {
     own_a: Vector,
 }
 
-/// A link and all it carries, as if its joints were locked.
+/// A link together with all links that it carries, their joints locked.
 #[derive(Clone, Copy)]
-pub(crate) struct Whole {
-    pub body: Body,
-    /// By velocities times their scale.
+pub(crate) struct CompositeBody {
+    pub body: RigidBody,
+    /// The momenta of the velocities times their scale.
     pub momenta: Momenta,
-    /// Force and moment that move it.
+    /// Force and moment that move the bodies, about the origin of the link.
     pub wrench: [Vector; 2],
 }
 
-impl Whole {
-    fn plus(self, g: &mut Graph, b: Whole) -> Whole {
+impl CompositeBody {
+    fn plus(self, g: &mut Graph, b: CompositeBody) -> CompositeBody {
         let wrench = [0, 1].map(|i| add(g, self.wrench[i], b.wrench[i]));
-        Whole { body: self.body.plus(g, b.body), momenta: self.momenta.plus(g, b.momenta), wrench }
+        CompositeBody { body: self.body.plus(g, b.body), momenta: self.momenta.plus(g, b.momenta), wrench }
     }
 
-    /// In axes turned back about z.
-    fn unturned(self, g: &mut Graph, turn: Turn) -> Whole {
+    /// All quantities in axes turned back about z.
+    fn unturned(self, g: &mut Graph, turn: ZRotation) -> CompositeBody {
         let wrench = self.wrench.map(|v| turn.unturned(g, v));
-        Whole { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
+        CompositeBody { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
     }
 
-    /// In the axes, and about the origin, of what the placement is in.
-    fn carried(self, g: &mut Graph, placement: &Placement) -> Whole {
-        Whole {
+    /// All quantities in the axes, and about the origin, of the frame in which the placement is given.
+    fn carried(self, g: &mut Graph, placement: &Placement) -> CompositeBody {
+        CompositeBody {
             body: self.body.carried(g, placement),
             momenta: self.momenta.carried(g, placement),
             wrench: placement.wrench_to_antecedent(g, self.wrench),
@@ -78,31 +79,31 @@ impl Whole {
 }
 
 impl InRun {
-    /// A vector in the axes of the run of the link before, from one in those of this run.
+    /// A vector given in the axes of this run, in the axes of the antecedent's run.
     pub(crate) fn inward(&self, g: &mut Graph, before: &InRun, v: Vector) -> Vector {
         let v = self.placement.to_antecedent(g, v);
         if self.begins { before.psi.unturned(g, v) } else { v }
     }
 
-    /// Force and moment about the origin of the link before, in the axes of its run.
+    /// A wrench of this link as force and moment about the origin of the antecedent, in the axes of the antecedent's run.
     pub(crate) fn inward_wrench(&self, g: &mut Graph, before: &InRun, wrench: [Vector; 2]) -> [Vector; 2] {
         let wrench = self.placement.wrench_to_antecedent(g, wrench);
         if self.begins { wrench.map(|v| before.psi.unturned(g, v)) } else { wrench }
     }
 }
 
-/// Every link in the axes of its run; `w` are the angular velocities in the links' own axes and `rates` those of the
-/// coordinates, both times a scale, `weight` is the acceleration of the base minus g.
+/// Every link in the axes of its run. `w`: angular velocities in the links' own axes, times `scale`; `rates`: rates of the
+/// coordinates, times `scale`; `weight`: acceleration of the base minus g, m/s^2.
 pub(crate) fn in_runs(
     g: &mut Graph,
     robot: &Robot,
     links: &[LinkMotion],
     (w, rates): (&[Vector], &[Expr]),
-    motion: &Motion,
+    motion: &JointVariables,
     scale: Expr,
     weight: Vector,
 ) -> Vec<InRun> {
-    let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
+    let unturned = ZRotation { cos: Expr::ONE, sin: Expr::ZERO };
     let axes = axes_of_runs(robot, links);
     let mut all: Vec<InRun> = Vec::with_capacity(links.len());
     for (k, link) in robot.links.iter().enumerate() {
@@ -116,7 +117,7 @@ pub(crate) fn in_runs(
             }
             _ => Placement { theta: unturned, ..at.placement.clone() },
         };
-        // w = w_0 + rate z, as in the link's own axes but for the turn.
+        // w = w_0 + rate z.
         let [x, y, z] = run.w;
         let own_w = [x, y, g.add(z, run.rate)];
         let (mut a, mut v) = match link.antecedent {
@@ -126,7 +127,7 @@ pub(crate) fn in_runs(
             }
             Some(i) if begins => {
                 let (offset, lever) =
-                    (links[i.0].spin.U.map(|row| dot(g, row, placement.p)), cross(g, w[i.0], placement.p));
+                    (links[i.0].angular_motion.U.map(|row| dot(g, row, placement.p)), cross(g, w[i.0], placement.p));
                 let (a, v) = (add(g, all[i.0].own_a, offset), add(g, all[i.0].own_v, lever));
                 (placement.to_link(g, a), placement.to_link(g, v))
             }
@@ -146,14 +147,14 @@ pub(crate) fn in_runs(
             v[2] = g.add(v[2], scaled_rate);
         }
         let dw_z = g.add(run.dw_z, run.acceleration);
-        let U = Spin::new(g, run.bend, dw_z, |g, i, k| g.mul(own_w[i], own_w[k])).U;
+        let U = AngularMotion::new(g, run.bend, dw_z, |g, i, k| g.mul(own_w[i], own_w[k])).U;
         let (own_v, own_a) = (psi.turned(g, v), psi.turned(g, a));
         all.push(InRun { psi, begins, placement, w: own_w, a, U, v, own_v, own_a });
     }
     all
 }
 
-/// The turn of each link's axes of the run against where the run begins: of a run on the base that of its last link.
+/// The angle of the axes of each link's run relative to the start of the run: zero, but psi_last for a run on the base.
 fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     // The link that begins the run of each link.
     let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
@@ -172,28 +173,28 @@ fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     robot.link_ids().map(of).collect()
 }
 
-/// Whether the axis of a link is parallel to that of no link before it.
+/// Whether a link is the first of a run: it is on the base, or its axis is not parallel to the axis before it.
 fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
     robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
 }
 
-/// Every link with all it carries, about its origin, in the axes of its run.
+/// Every link together with all links that it carries, about its origin, in the axes of its run.
 pub(crate) fn wholes(
     g: &mut Graph,
     robot: &Robot,
     links: &[LinkMotion],
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
-) -> Vec<Whole> {
-    // In the links' own axes, and in those of the run.
-    let mut own: Vec<Whole> = Vec::with_capacity(links.len());
+) -> Vec<CompositeBody> {
+    // First in the links' own axes, then in the axes of the run.
+    let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
-        let (run, body) = (&runs[k.0], Body::new(x.body(k)));
+        let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));
         let moved = LinkMotion { a: run.own_a, ..links[k.0].clone() };
         let (f, n) = torque::wrench(g, &moved, x.body(k));
-        own.push(Whole { body, momenta: Momenta::new(g, body, w[k.0], run.own_v), wrench: [f, n] });
+        own.push(CompositeBody { body, momenta: Momenta::new(g, body, w[k.0], run.own_v), wrench: [f, n] });
     }
-    let mut beside: Vec<Option<Whole>> = vec![None; links.len()];
+    let mut beside: Vec<Option<CompositeBody>> = vec![None; links.len()];
     for k in robot.link_ids().rev() {
         let run = &runs[k.0];
         let turned = own[k.0].unturned(g, run.psi);

@@ -1,15 +1,15 @@
 //! The regressor of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
 //! Christoffel's C.
 //!
-//! The regressor of the torques, of the motion with polarised products ([`crate::kinematics::polar`]). Where loops are
-//! solved numerically, half of the derivative of D(q, dq, 0) along dq_r takes their place.
+//! It is the regressor of the torques for a motion with polarised products ([`crate::kinematics::polar`]). Where loops are
+//! solved numerically, half of the derivative of D(q, dq, 0) along dq_r replaces these products.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::regressor::entries_of;
-use crate::kinematics::links::{Motion, MotionInput, link_motions};
+use crate::kinematics::links::{JointVariables, MotionInput, link_motions};
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::polar::polarised;
 
@@ -29,7 +29,7 @@ impl Derivation<'_> {
             by_differentiation(self, &halves, &ddq_r)
         } else {
             let Derivation { robot, graph: g, constants, motion, links, .. } = self;
-            let reference = Motion { dq: halves, ddq: ddq_r.clone(), ..motion.clone() };
+            let reference = JointVariables { dq: halves, ddq: ddq_r.clone(), ..motion.clone() };
             let polar = polarised(g, robot, constants, links, &reference, motion);
             entries_of(self, &polar)
         };
@@ -45,7 +45,7 @@ impl Derivation<'_> {
     }
 }
 
-/// D(q, 0, ddq_r), and the derivative of D(q, dq, 0) by dq along half of dq_r.
+/// The sum of D(q, 0, ddq_r) and the derivative of D(q, dq, 0) by dq along half of dq_r.
 fn by_differentiation(derivation: &mut Derivation, halves: &[Expr], ddq_r: &[Expr]) -> Vec<Expr> {
     let n = derivation.robot.n_coordinates();
     let coasting = derivation.coasting_links();
@@ -61,7 +61,7 @@ fn by_differentiation(derivation: &mut Derivation, halves: &[Expr], ddq_r: &[Exp
         });
         ddq.push(driven);
     }
-    let starting = Motion { dq: vec![Expr::ZERO; motion.dq.len()], ddq, ..motion.clone() };
+    let starting = JointVariables { dq: vec![Expr::ZERO; motion.dq.len()], ddq, ..motion.clone() };
     let links = link_motions(g, robot, constants, &starting);
     let at_rest = entries_of(derivation, &links);
     at_rest.into_iter().zip(of_rates).map(|(a, b)| derivation.graph.add(a, b)).collect()

@@ -6,8 +6,8 @@
 //! tau_j = z . n_j (revolute) or z . f_j (prismatic) + IA_j ddq_j
 //! ```
 //! [Khalil, Kleinfinger 1987]. With base parameters most masses, MZ and YY are zero and their terms
-//! are not there. The forces here travel inward, where the regressor's twists travel outward: the two
-//! share the link motions and nothing else.
+//! are omitted. Here the forces are transformed inward, while the regressor transforms twists outward: the two
+//! share only the link motions.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, Robot};
@@ -15,9 +15,9 @@ use robot::{Inertial, Robot};
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::angular_motion::AngularMotion;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::{LinkMotion, add_to_coordinates, along_axis};
-use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
 impl Derivation<'_> {
@@ -28,8 +28,8 @@ impl Derivation<'_> {
         torque(self, "torque", &x)
     }
 
-    /// The joint torques from the base parameters: as [`Derivation::torque`] with `x` the entries of
-    /// X_base, and fewer operations.
+    /// The joint torques from the base parameters: inputs `q`, `dq`, `ddq` (n each) and `x` (X_base), output `tau` (n), N m
+    /// (N). It needs fewer operations than [`Derivation::torque`].
     pub fn inverse_dynamics(&mut self, base: &BaseParameters) -> Function {
         let x = ParameterInputs::base(self, base);
         torque(self, "inverse_dynamics", &x)
@@ -75,7 +75,7 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     }
 }
 
-/// Force and moment at O_j that move each link and all it carries, in frame j.
+/// Force and moment at O_j, in frame j, that move link j and all links that it carries.
 pub(crate) fn wrenches(
     g: &mut Graph,
     robot: &Robot,
@@ -101,10 +101,10 @@ pub(crate) fn wrenches(
 }
 
 /// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
-/// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
+/// n = J dw + w x (J w) + MS x a. The terms of J are grouped by parameter, so that n uses the entries of U too.
 pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
-    let Spin { dw: [dwx, dwy, dwz], ww, U, differences } = j.spin;
+    let AngularMotion { dw: [dwx, dwy, dwz], ww, U, differences } = j.angular_motion;
     let first_moment = [mx, my, mz];
 
     let ma = j.a.map(|a| g.mul(m, a));

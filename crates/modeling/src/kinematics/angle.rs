@@ -1,24 +1,24 @@
 //! Angles as integer combinations of symbols and quarter turns, and their sines and cosines.
 //!
-//! cos and sin of a sum are expanded, so that a graph only ever takes them of symbols: parallel axes
-//! share what they can, an angle of q3 - DEL with a constant DEL costs two products, and the same
-//! graph can be evaluated where a sine is not a function (a finite field).
+//! cos and sin of a sum are expanded, so that a graph has only cosines and sines of symbols. Parallel axes
+//! share common sums, an angle q3 - DEL with a constant DEL costs two products, and the
+//! graph can also be evaluated where a sine is not a function (a finite field).
 
 use expr::{Expr, Graph, Node};
 
-use crate::kinematics::vector::Turn;
+use crate::kinematics::vector::ZRotation;
 
 /// quarter_turns pi/2 + sum n_i symbol_i.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Angle {
     /// Quarter turns, pi/2 each.
     pub quarter_turns: i64,
-    /// In the order of the symbols' creation; no zero multiple.
+    /// Symbols with their integer factors, in the order of creation; no factor is zero.
     pub terms: Vec<(Expr, i64)>,
 }
 
 impl Angle {
-    /// The sum of two.
+    /// The sum of two angles.
     pub fn plus(&self, other: &Angle) -> Angle {
         let mut sum = self.clone();
         sum.quarter_turns += other.quarter_turns;
@@ -28,23 +28,23 @@ impl Angle {
         sum
     }
 
-    /// The angle the other way round.
+    /// The angle with the opposite sign.
     pub fn negated(&self) -> Angle {
         self.times(-1)
     }
 
-    /// So many times the angle.
+    /// The angle times an integer.
     pub fn times(&self, factor: i64) -> Angle {
         let terms = self.terms.iter().map(|&(s, n)| (s, factor * n)).filter(|t| t.1 != 0).collect();
         Angle { quarter_turns: factor * self.quarter_turns, terms }
     }
 
-    /// Whether it is a whole number of turns.
+    /// Whether the angle is a whole number of full turns.
     pub fn is_zero(&self) -> bool {
         self.quarter_turns.rem_euclid(4) == 0 && self.terms.is_empty()
     }
 
-    /// Adds a multiple of a symbol.
+    /// Adds n times a symbol.
     pub fn add_term(&mut self, symbol: Expr, n: i64) {
         match self.terms.binary_search_by_key(&symbol, |t| t.0) {
             Ok(i) => {
@@ -62,17 +62,17 @@ impl Angle {
     }
 
     /// Cosine and sine; exact zeros and ones for quarter turns.
-    pub fn turn(&self, g: &mut Graph) -> Turn {
+    pub fn turn(&self, g: &mut Graph) -> ZRotation {
         let mut turn = match self.quarter_turns.rem_euclid(4) {
-            0 => Turn { cos: Expr::ONE, sin: Expr::ZERO },
-            1 => Turn { cos: Expr::ZERO, sin: Expr::ONE },
-            2 => Turn { cos: -Expr::ONE, sin: Expr::ZERO },
-            _ => Turn { cos: Expr::ZERO, sin: -Expr::ONE },
+            0 => ZRotation { cos: Expr::ONE, sin: Expr::ZERO },
+            1 => ZRotation { cos: Expr::ZERO, sin: Expr::ONE },
+            2 => ZRotation { cos: -Expr::ONE, sin: Expr::ZERO },
+            _ => ZRotation { cos: Expr::ZERO, sin: -Expr::ONE },
         };
         let mut name = String::new();
         for &(symbol, n) in &self.terms {
             let (cos, sin) = (g.cos(symbol), g.sin(symbol));
-            let step = Turn { cos, sin: if n < 0 { -sin } else { sin } };
+            let step = ZRotation { cos, sin: if n < 0 { -sin } else { sin } };
             for _ in 0..n.unsigned_abs() {
                 turn = sum(g, turn, step);
                 name_turn(g, turn, self.quarter_turns, (symbol, n), &mut name);
@@ -82,9 +82,9 @@ impl Angle {
     }
 }
 
-/// Calls cosine and sine of q2 + q3 C23 and S23, those of q2 - q3 C2m3, whatever quarter turns are added to them.
-/// `name` is what stands behind the letter so far.
-fn name_turn(g: &mut Graph, turn: Turn, quarter_turns: i64, (symbol, n): (Expr, i64), name: &mut String) {
+/// Names cosine and sine of q2 + q3 C23 and S23, of q2 - q3 C2m3 and S2m3, independently of added quarter turns.
+/// `name` is the name behind the letter so far.
+fn name_turn(g: &mut Graph, turn: ZRotation, quarter_turns: i64, (symbol, n): (Expr, i64), name: &mut String) {
     if !g.keeps_names() {
         return;
     }
@@ -108,7 +108,7 @@ fn name_turn(g: &mut Graph, turn: Turn, quarter_turns: i64, (symbol, n): (Expr, 
 }
 
 /// cos(a + b) = ca cb - sa sb, sin(a + b) = sa cb + ca sb.
-fn sum(g: &mut Graph, a: Turn, b: Turn) -> Turn {
+fn sum(g: &mut Graph, a: ZRotation, b: ZRotation) -> ZRotation {
     let (cc, ss, sc, cs) = (g.mul(a.cos, b.cos), g.mul(a.sin, b.sin), g.mul(a.sin, b.cos), g.mul(a.cos, b.sin));
-    Turn { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
+    ZRotation { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
 }

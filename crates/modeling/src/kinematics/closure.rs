@@ -1,14 +1,13 @@
-//! The passive coordinates of a robot whose loops no affine function closes, solved numerically.
+//! Numerical solution of the passive coordinates of loops that no affine function closes.
 //!
-//! A loop is closed where its two cut frames C and T coincide. With e the position of T in C and the
+//! A loop is closed where its two cut frames C and T coincide. With e the position of T in C, m, and the
 //! vector part of the rotation between them, and J_p = de/dq_p,
 //!
 //! ```text
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
-//! until e is rounding. Near a singular configuration J_p loses rank; the smallest singular value
-//! relative to the largest says how near. Loops that share no passive joint are blocks of J_p, each with singular values
-//! of its own.
+//! until e is rounding. Near a singular configuration J_p loses rank; the ratio of its smallest and largest singular
+//! values measures the distance. Loops without common passive joints are blocks of J_p, each with its own singular values.
 
 use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
@@ -20,30 +19,32 @@ use random::SplitMix;
 const CLOSED_LOOP_ERROR: f64 = 1e-11;
 /// Below this ratio of singular values a configuration counts as singular.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
-/// Samples keep away from singular configurations by this ratio.
+/// Samples and followed paths have at least this ratio of singular values.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
-/// Most steps of a search. Near the solution each step doubles the correct digits, and fewer halved steps than this
-/// lead there.
+/// Largest number of steps of a search. Near the solution each step doubles the number of correct digits, and fewer halved
+/// steps than this lead there.
 const MAX_STEPS: usize = 60;
-/// A step is halved until |e| shrinks or until this fraction is left. The smallest step is then taken in any case, to
-/// leave a minimum of |e| above zero.
+/// A step is halved until |e| decreases or until this fraction of the step. The smallest step is then taken in any case, to
+/// escape from a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// A search that ends within this many times [`CLOSED_LOOP_ERROR`] is closed: rounding may keep it from the goal itself.
+/// A loop counts as closed up to this many times [`CLOSED_LOOP_ERROR`]: rounding may prevent a smaller |e|.
 const ALMOST_CLOSED_RATIO: f64 = 100.0;
 /// Above this ratio of pivots a block is far enough from singular that its pseudoinverse is its inverse.
 const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
-/// Most sweeps of the singular value decomposition; it takes some ten.
+/// Largest number of sweeps of the singular value decomposition; about ten are usual.
 const MAX_SVD_SWEEPS: usize = 200;
 /// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
 /// assemblies, which meet only in singular configurations.
 const LARGEST_STRIDE: f64 = 0.05;
-/// Random configurations tried until one closes. A mechanism whose loops close at less than one place in a thousand may
-/// not be found.
+/// Random configurations tried until one closes. The search may fail for loops that close at less than one configuration in
+/// a thousand.
 const MAX_RANDOM_TRIES: usize = 2000;
 /// Attempts until the random coordinates cover a whole turn.
 const ATTEMPTS_PER_TURN: usize = 100;
-/// Paths tried for each sample wanted. Many paths end at once, where the assembly ends.
-const WAYS_A_SAMPLE: usize = 20;
+/// Seed of the search for a closed configuration near q = 0.
+const ORIGIN_SEED: u64 = 7;
+/// Paths tried for each requested sample. Many paths end immediately, at the limit of the assembly.
+const PATHS_PER_SAMPLE: usize = 20;
 
 /// Solves for the passive coordinates of one robot.
 pub struct Closure {
@@ -56,14 +57,14 @@ pub struct Closure {
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Loops that are solved together: their equations and the passive coordinates in them.
+/// Loops that are solved together: the indices of their equations and of their passive coordinates.
 struct Block {
     rows: Vec<usize>,
     columns: Vec<usize>,
 }
 
 impl Block {
-    /// The blocks of J_p, by where it is not zero.
+    /// The diagonal blocks of J_p, from its non-zero entries.
     fn all(jacobian: &Output) -> Vec<Block> {
         let m = jacobian.columns;
         let mut blocks: Vec<Block> = (0..m).map(|c| Block { rows: Vec::new(), columns: vec![c] }).collect();
@@ -97,7 +98,7 @@ impl Block {
 
 /// Why there are no passive coordinates at these coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Open {
+pub enum NotClosed {
     /// The loops cannot be closed here, or the search did not find how.
     NotClosed {
         /// |e| where the search ended, m and rad.
@@ -110,13 +111,13 @@ pub enum Open {
     },
 }
 
-impl fmt::Display for Open {
+impl fmt::Display for NotClosed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Open::NotClosed { gap } => {
-                write!(f, "the loops do not close at these coordinates: {gap:.1e} m (rad) are left")
+            NotClosed::NotClosed { gap } => {
+                write!(f, "the loops do not close at these coordinates: the gap is {gap:.1e} m (rad)")
             }
-            Open::Singular { ratio } => write!(
+            NotClosed::Singular { ratio } => write!(
                 f,
                 "the configuration is singular: the coordinates do not determine the passive joints (ratio of \
                  singular values {ratio:.1e})"
@@ -125,7 +126,7 @@ impl fmt::Display for Open {
     }
 }
 
-impl std::error::Error for Open {}
+impl std::error::Error for NotClosed {}
 
 impl Closure {
     /// From the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs
@@ -138,12 +139,12 @@ impl Closure {
     }
 
     /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
-    pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, Open> {
+    pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, NotClosed> {
         self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
     }
 
-    /// With the ratio of singular values there.
-    fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), Open> {
+    /// The passive coordinates at `q`, and the ratio of singular values of J_p there.
+    fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), NotClosed> {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
@@ -166,8 +167,8 @@ impl Closure {
                 }
                 fraction *= 0.5;
             }
-            // The step from a closed loop squares what is left, to rounding: near singular configurations the passive
-            // coordinates are off by more than the gap.
+            // One step from a closed loop squares the residual, down to rounding. Without it the error of the passive
+            // coordinates would exceed the gap near singular configurations.
             if is_closed {
                 break;
             }
@@ -175,22 +176,22 @@ impl Closure {
         let gap = e.norm();
         // NaN is not closed either.
         if gap.is_nan() || gap > ALMOST_CLOSED_RATIO * CLOSED_LOOP_ERROR * size(&j) {
-            return Err(Open::NotClosed { gap });
+            return Err(NotClosed::NotClosed { gap });
         }
         let ratio = self.ratio(&e, &j);
         if ratio < SINGULAR_VALUE_RATIO {
-            return Err(Open::Singular { ratio });
+            return Err(NotClosed::Singular { ratio });
         }
         Ok((passive.iter().copied().collect(), ratio))
     }
 
-    /// The passive coordinates at `q` of the assembly that the robot's start chooses. The assembly is followed in small
-    /// steps from a fixed origin, so that the answer depends on nothing but `q`.
-    pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, Open> {
+    /// The passive coordinates at `q`, rad or m, of the assembly that the robot's start chooses. The assembly is followed in
+    /// small steps from a fixed origin, so that the result depends only on `q`.
+    pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, NotClosed> {
         if self.origin.is_none() {
             self.origin = self.find_origin(q.len());
         }
-        let Some(origin) = self.origin.clone() else { return Err(Open::NotClosed { gap: f64::INFINITY }) };
+        let Some(origin) = self.origin.clone() else { return Err(NotClosed::NotClosed { gap: f64::INFINITY }) };
         let reached = self.follow(&origin, q);
         // If the path ends before q, this last search reports the reason.
         self.solve(q, Some(&reached.1))
@@ -205,14 +206,14 @@ impl Closure {
         (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
     }
 
-    /// Closed configurations of one assembly, q and q_p each. From the origin, q moves in small steps to random places.
-    /// It stays away from singular configurations, where assemblies meet. There are fewer than asked when the loops
-    /// hardly ever close.
+    /// Closed configurations of one assembly, q and q_p each. From the origin, q moves in small steps to random
+    /// configurations. It stays away from singular configurations, where assemblies meet. Fewer than `count` are found when
+    /// the loops close at few configurations.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n) else { return found };
         let mut at = origin.clone();
-        for _ in 0..WAYS_A_SAMPLE * count {
+        for _ in 0..PATHS_PER_SAMPLE * count {
             if found.len() == count {
                 break;
             }
@@ -228,23 +229,23 @@ impl Closure {
         found
     }
 
-    /// A closed configuration of the assembly that the start chooses, the same at every call: at q = 0 if it closes and is
-    /// not singular there, else at random coordinates near it, of a fixed seed. `None` where none was found.
+    /// A closed configuration, q and q_p, of the assembly that the start chooses, equal at every call: at q = 0 if the loops
+    /// close and are not singular there, else at random coordinates near zero with a fixed seed. `None` where none was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-        let random = &mut SplitMix(7);
+        let random = &mut SplitMix(ORIGIN_SEED);
         (0..MAX_RANDOM_TRIES).find_map(|attempt| {
-            // Ever further from zero: the start is that of q = 0.
-            let reach = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
-            let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
+            // Random coordinates in a growing range about zero, since the start belongs to q = 0.
+            let range = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
+            let q: Vec<f64> = (0..n).map(|_| range * random.unit()).collect();
             let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
             (ratio > FAR_FROM_SINGULAR).then_some((q, passive))
         })
     }
 
-    /// The configuration nearest to `goal` on the straight path to it that the same assembly reaches.
+    /// The last configuration on the straight path to `goal` where the assembly still closes.
     ///
-    /// Where assemblies meet, J_p is singular and a step that passes over the place may end on another one. So a step is
-    /// short enough that the ratio of singular values, going on as it changed last, loses no more than half.
+    /// Where assemblies meet, J_p is singular and a step across this configuration may end in another assembly. So a step is
+    /// short enough that the ratio of singular values, extrapolated from its last change, decreases by at most half.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let (mut at, mut done) = (from.clone(), 0.0);
@@ -278,13 +279,13 @@ impl Closure {
         Some(step)
     }
 
-    /// Smallest over largest singular value of J_p, of the block where it is the least.
+    /// Smallest over largest singular value of J_p: the minimum over its blocks.
     fn ratio(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> f64 {
         if !is_finite(e, j) {
             return 0.0;
         }
         let ratio = |block: &Block| {
-            // Fewer equations than joints leave some of them free.
+            // Fewer equations than joints: some joints are not determined.
             if block.rows.len() < block.columns.len() {
                 return None;
             }
@@ -295,7 +296,7 @@ impl Closure {
     }
 }
 
-/// J^+ e.
+/// J^+ e; `None` where the decomposition fails.
 fn solved(j: DMatrix<f64>, e: &DVector<f64>) -> Option<DVector<f64>> {
     if j.is_square() {
         let lu = j.clone().full_piv_lu();
@@ -312,7 +313,7 @@ fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
     e.iter().chain(j).all(|x| x.is_finite())
 }
 
-/// What an error of the loops is compared with: the largest length of J_p, m, at least 1.
+/// The scale of an error of the loops: the largest magnitude of an entry of J_p, at least 1.
 fn size(j: &DMatrix<f64>) -> f64 {
     j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

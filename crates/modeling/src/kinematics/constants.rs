@@ -1,8 +1,8 @@
-//! The robot's numbers as expressions: exact zeros and quarter turns, everything else a name.
+//! The robot's numbers as expressions: zeros and quarter turns are exact, all others are named constants.
 //!
-//! A symbol of the robot is a named constant of the graph. So is a number that stands alone for a
-//! length or an angle: it is named after its place (`d3`, `r4`, `alpha5`), and equal numbers are one
-//! constant of the graph, since the file says they are equal. Rules call it by its place at their own links
+//! A symbol of the robot is a named constant of the graph. A number without a symbol, as a
+//! length or an angle, is one too: it is named after its place (`d3`, `r4`, `alpha5`). Equal numbers are one
+//! constant of the graph, since they are equal in the file. Rules use the name of the place at their own links
 //! ([`Constants::places`]). The value of a symbol decides only whether it is
 //! exactly zero or an exact multiple of pi/2: then it becomes that number.
 
@@ -21,24 +21,24 @@ pub(crate) struct Constants<'a> {
     numbers: Vec<Number>,
 }
 
-/// A number that stands alone.
+/// A number without a symbol.
 struct Number {
-    kind: Kind,
+    kind: ConstantKind,
     magnitude: f64,
     /// Its constant in the graph.
     constant: Expr,
-    /// Where it stands: `d3`, `d7`.
+    /// The places where it is used: `d3`, `d7`.
     places: Vec<String>,
 }
 
-/// Whether two numbers are one but for the rounding of this program, which computes angles of loops from those of the file.
+/// Whether two numbers are equal within the rounding of this program, which computes angles of loops from angles of the file.
 fn is_one(a: f64, b: f64) -> bool {
     (a - b).abs() <= 4.0 * f64::EPSILON * a
 }
 
-/// A length and an angle of the same number of m and rad are not the same.
+/// The kind of a number: a length in m and an angle in rad of equal value are different constants.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum ConstantKind {
     Length,
     Angle,
 }
@@ -48,7 +48,7 @@ impl<'a> Constants<'a> {
         Constants { robot, symbols: vec![None; robot.symbols.len()], numbers: Vec::new() }
     }
 
-    /// -g in the base frame, m/s^2: how the base seems to accelerate.
+    /// -g in the base frame, m/s^2: the apparent acceleration of the base.
     pub(crate) fn weight(&mut self, g: &mut Graph) -> Vector {
         [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
     }
@@ -56,13 +56,13 @@ impl<'a> Constants<'a> {
     /// A length, m. `place` names the number if it has no name: `d3`.
     pub(crate) fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
         match value {
-            Value::Number(x) => self.number(g, Kind::Length, *x, place),
+            Value::Number(x) => self.number(g, ConstantKind::Length, *x, place),
             Value::Neg(a) => -self.length(g, a, place),
             _ => self.expression(g, value),
         }
     }
 
-    fn number(&mut self, g: &mut Graph, kind: Kind, x: f64, place: &str) -> Expr {
+    fn number(&mut self, g: &mut Graph, kind: ConstantKind, x: f64, place: &str) -> Expr {
         if x == 0.0 {
             return Expr::ZERO;
         }
@@ -86,7 +86,7 @@ impl<'a> Constants<'a> {
         if x < 0.0 { -constant } else { constant }
     }
 
-    /// The constants that stand at several places, by the name they have in the graph: `d3` -> `d3`, `d7`.
+    /// The constants that are used at several places, by their name in the graph: `d3` -> `d3`, `d7`.
     pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several
@@ -103,7 +103,7 @@ impl<'a> Constants<'a> {
         }
         let symbol = &self.robot.symbols[s.0];
         let x = symbol.value.number(&self.robot.symbols);
-        // A symbol defined by other symbols is its definition; one defined by a number is a name.
+        // A symbol defined by other symbols is replaced by its definition; a symbol defined by a number is a named constant.
         let e = if x == 0.0 {
             Expr::ZERO
         } else if symbol.value.has_symbol() {
@@ -150,8 +150,8 @@ impl<'a> Constants<'a> {
                 let angle = self.angle(g, a, "angle");
                 angle.turn(g).cos
             }
-            // A name of its own: no graph has an inverse tangent.
-            Value::Atan2(..) => self.number(g, Kind::Angle, value.number(&self.robot.symbols), "atan"),
+            // A named constant, since the graph has no inverse tangent.
+            Value::Atan2(..) => self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), "atan"),
         }
     }
 
@@ -175,9 +175,9 @@ impl<'a> Constants<'a> {
                 let symbol = self.symbol(g, *s);
                 Angle { quarter_turns: 0, terms: vec![(symbol, 1)] }
             }
-            // Anything else is one angle with a name of its own.
+            // Any other value is one angle with its own name.
             _ => {
-                let symbol = self.number(g, Kind::Angle, value.number(&self.robot.symbols), place);
+                let symbol = self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), place);
                 let sign = if symbol.is_negative() { -1 } else { 1 };
                 Angle { quarter_turns: 0, terms: vec![(symbol.abs(), sign)] }
             }

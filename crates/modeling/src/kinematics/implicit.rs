@@ -1,16 +1,15 @@
 //! Loops that no affine function closes: the rates of the passive joints, from the loop Jacobian.
 //!
-//! In a closed loop the two cut frames move as one. With the twists of both per unit of every joint
-//! variable, J_a for the coordinates and J_p for the passive ones,
+//! In a closed loop the two cut frames have one motion. Let J_a (coordinates) and J_p (passive variables) be the
+//! difference of their twists per unit of each joint variable. Then
 //!
 //! ```text
 //! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
 //! J_p ddq_p + J_a ddq + c = 0      ddq_p = G ddq - J_p^-1 c
 //! ```
-//! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; as many
-//! independent ones are taken as there are passive coordinates. Closed configurations tell which ones,
-//! and in which order they are eliminated. By virtual work the torques of the coordinates are
-//! tau + G^T tau_p.
+//! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; the number of
+//! independent equations that are used equals the number of passive coordinates. Their choice and the order of elimination
+//! are determined at closed configurations. By virtual work the torques of the coordinates are tau + G^T tau_p.
 
 use expr::{Expr, Function, Graph, Output};
 use nalgebra::DMatrix;
@@ -18,27 +17,28 @@ use robot::{Drive, Joint, Link, LinkId, LoopFrame, Robot, Value};
 
 use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
+use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, link_motions};
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
 use random::SplitMix;
 
-/// The passive coordinates of a derivation: their rates per unit of the coordinates'.
+/// The m passive coordinates of a derivation with n coordinates.
 pub(crate) struct Implicit {
-    /// m x n.
+    /// G, m x n: rates of the passive coordinates per unit of the rates of the coordinates.
     pub G: Vec<Vec<Expr>>,
-    /// Their accelerations at ddq = 0.
+    /// Accelerations of the passive coordinates at ddq = 0.
     pub coast: Vec<Expr>,
-    /// e and J_p: inputs `q`, `passive`.
+    /// The function with e and J_p: inputs `q`, `passive`.
     pub function: Function,
-    /// e, and [J_a J_p] row by row.
+    /// e: m and rad.
     gaps: Vec<Expr>,
+    /// [J_a J_p] row by row.
     equations: Vec<Vec<Expr>>,
 }
 
 impl Implicit {
-    /// Inputs `q`, `passive`; outputs `e` (6 a loop), `ja` (x n), `jp` (x m) and `g` (m x n): e = 0, J_a dq + J_p dq_p = 0, and
-    /// dq_p = G dq.
-    pub(crate) fn constraint_equations(&self, g: &Graph, motion: &Motion) -> Function {
+    /// The constraint equations e = 0, J_a dq + J_p dq_p = 0 and dq_p = G dq: inputs `q`, `passive`; outputs `e` (6 per loop),
+    /// `ja` (x n), `jp` (x m) and `g` (m x n).
+    pub(crate) fn constraint_equations(&self, g: &Graph, motion: &JointVariables) -> Function {
         let n = motion.n;
         let matrix = |name: &str, columns: usize, rows: Vec<Vec<Expr>>| Output {
             name: name.into(),
@@ -58,18 +58,18 @@ impl Implicit {
     }
 }
 
-/// Fills in the rates of the passive coordinates of `motion`, which the loops determine.
+/// The passive coordinates; fills in their rates and accelerations in `motion`, which the loops determine.
 ///
-/// `None` when no configuration could be found that closes the loops.
+/// `None` when no configuration was found that closes the loops.
 pub(crate) fn implicit(
     g: &mut Graph,
     robot: &Robot,
     constants: &mut Constants,
-    motion: &mut Motion,
+    motion: &mut JointVariables,
 ) -> Option<Implicit> {
     let (n, m) = (robot.n_coordinates(), robot.passive.len());
     let loops: Vec<OpenLoop> = open_loops(robot);
-    let still = Motion { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
+    let still = JointVariables { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
     let (gaps, equations) = loop_equations(g, &loops, constants, &still);
     let function = closure_function(g, motion, gaps.clone(), &equations);
 
@@ -93,13 +93,13 @@ pub(crate) fn implicit(
     Some(Implicit { G, coast, function, gaps, equations })
 }
 
-/// e and [J_a J_p], six rows a loop: the twist of the twin frame less that of the cut frame, per unit
+/// e and [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut frame, per unit
 /// of every joint variable. `still`: the motion at rest.
 fn loop_equations(
     g: &mut Graph,
     loops: &[OpenLoop],
     constants: &mut Constants,
-    still: &Motion,
+    still: &JointVariables,
 ) -> (Vec<Expr>, Vec<Vec<Expr>>) {
     let mut equations: Vec<Vec<Expr>> = Vec::new();
     let mut gaps = Vec::new();
@@ -117,7 +117,7 @@ fn loop_equations(
 }
 
 /// e and J_p as a function of `q` and `passive`.
-fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
+fn closure_function(g: &Graph, motion: &JointVariables, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
     let n = motion.n;
     let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
     let output =
@@ -127,21 +127,26 @@ fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Ve
     Function::new("closure", g, inputs, outputs)
 }
 
-/// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop.
-fn relative_accelerations(g: &mut Graph, loops: &[OpenLoop], constants: &mut Constants, motion: &Motion) -> Vec<Expr> {
-    let coasting = Motion { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
+/// c: the relative acceleration of the cut frames at ddq = ddq_p = 0, six numbers per loop.
+fn relative_accelerations(
+    g: &mut Graph,
+    loops: &[OpenLoop],
+    constants: &mut Constants,
+    motion: &JointVariables,
+) -> Vec<Expr> {
+    let coasting = JointVariables { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
     let mut rest: Vec<Expr> = Vec::new();
     for OpenLoop { robot, cut, twin } in loops {
         let links = link_motions(g, robot, constants, &coasting);
         for row in 0..6 {
-            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].spin.dw[row - 3] };
+            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].angular_motion.dw[row - 3] };
             rest.push(g.sub(entry(*twin), entry(*cut)));
         }
     }
     rest
 }
 
-/// J_p x = right for as many independent equations of the loops as there are passive coordinates.
+/// Solver of J_p x = right with m independent equations of the loops for m passive coordinates.
 struct PassiveSolver {
     /// (equation, passive coordinate) of each pivot.
     order: Vec<(usize, usize)>,
@@ -167,7 +172,7 @@ impl PassiveSolver {
     }
 }
 
-/// Torques (or any rows) of the coordinates from those of all joint variables: r_k + sum_p G_pk r_p.
+/// Torques (or any rows) of the coordinates from the rows of all joint variables: r_k + sum_p G_pk r_p.
 pub(crate) fn reduced(g: &mut Graph, G: &[Vec<Expr>], rows: &[Vec<Expr>]) -> Vec<Vec<Expr>> {
     let n = rows.len() - G.len();
     (0..n)
@@ -187,8 +192,8 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
     sum(g, &terms)
 }
 
-/// The two sides of a loop from the last link that carries both, which is the base here; gravity is left out. What moves
-/// that link moves both sides alike, so its variables are not in the equations of the loop.
+/// The two branches of a loop from the last link that carries both, which is the base of this robot, without gravity. The
+/// motion of that link moves both branches equally, so its variables are not in the equations of the loop.
 pub(crate) struct OpenLoop {
     pub robot: Robot,
     pub cut: LinkId,
@@ -201,10 +206,10 @@ pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
     implicit
         .map(|(i, one)| {
             let [cut, twin] = [&one.cut, &one.twin].map(|frame| {
-                let mut way: Vec<LinkId> =
+                let mut path: Vec<LinkId> =
                     std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).collect();
-                way.reverse();
-                way
+                path.reverse();
+                path
             });
             let common = cut.iter().zip(&twin).take_while(|(a, b)| a == b).count();
             let gravity = [Value::ZERO, Value::ZERO, Value::ZERO];
@@ -216,10 +221,10 @@ pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
         .collect()
 }
 
-/// Adds the links of a side and its loop frame as the last of them.
-fn side(robot: &Robot, open: &mut Robot, way: &[LinkId], frame: &LoopFrame, label: &str) -> LinkId {
+/// Adds the links of a branch, and its loop frame as the last link. Returns the loop frame.
+fn side(robot: &Robot, open: &mut Robot, path: &[LinkId], frame: &LoopFrame, label: &str) -> LinkId {
     let mut antecedent = None;
-    for &j in way {
+    for &j in path {
         open.links.push(Link { antecedent, ..robot.link(j).clone() });
         antecedent = Some(LinkId(open.links.len() - 1));
     }
@@ -259,16 +264,19 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
 /// Number of closed configurations at which orders of elimination are compared.
 const TRIED_CONFIGURATIONS: usize = 5;
 
-/// Pivots (equation, passive coordinate) by complete pivoting at one closed configuration, the best of several. Each
-/// order is judged by its smallest pivot at all of them.
+/// Seed of the closed configurations.
+const CONFIGURATION_SEED: u64 = 7;
+
+/// Pivots (equation, passive coordinate) by complete pivoting at one closed configuration, the best of several: the order
+/// with the largest smallest pivot over all of them. `None` where J_p is singular or no loop closes.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
-    let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(7));
+    let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(CONFIGURATION_SEED));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
     let jacobians: Vec<DMatrix<f64>> =
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // An order is judged by its worst pivot over all samples.
+        // The criterion of an order is its smallest pivot over all samples.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));
@@ -277,8 +285,8 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
     best.map(|b| b.1)
 }
 
-/// A pivot below this is no pivot. Entries are of order one (rad a rad, or m a rad), closed
-/// configurations are accurate to 1e-11, and samples stay away from singular ones.
+/// An entry below this counts as zero and is no pivot. Entries are of order one (rad/rad or m/rad), closed
+/// configurations are accurate to 1e-11, and samples stay away from singular configurations.
 const VANISHING_ENTRY: f64 = 1e-9;
 
 fn complete_pivots(mut a: DMatrix<f64>, m: usize) -> Option<Vec<(usize, usize)>> {
@@ -316,7 +324,7 @@ fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
     smallest
 }
 
-/// L and U of a square matrix whose pivots stand on the diagonal.
+/// L and U of a square matrix with its pivots on the diagonal.
 struct Elimination {
     rows: Vec<Vec<Expr>>,
 }

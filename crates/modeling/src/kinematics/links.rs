@@ -1,6 +1,6 @@
 //! Velocities and accelerations of every link in its own frame, and its Jacobian.
 //!
-//! For link j carried by i (the base at rest, gravity entering as a_0 = -g):
+//! For link j with the antecedent i (the base at rest, gravity as a_0 = -g):
 //!
 //! ```text
 //! w_j  = jRi w_i  + dtheta_j z                     angular velocity, rad/s
@@ -11,52 +11,51 @@
 //! [Khalil, Dombre 2002, recursive Newton-Euler for modified DH], and for each coordinate k, the
 //! twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
 //!
-//! Links on parallel axes share one orientation but for a turn about the common axis. Their turns are added up first,
-//! and a vector is turned once. A chain of passive joints that turn back (a parallelogram) thereby turns by exactly
-//! nothing.
+//! Links on parallel axes have one orientation up to a turn about the common axis. Their turns are added up first,
+//! and a vector is turned once. Passive joints whose turns cancel (a parallelogram) thereby cause no rotation at all.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, Link, LinkId, Robot};
 
 use crate::kinematics::angle::Angle;
+use crate::kinematics::angular_motion::{AngularMotion, Bend};
+use crate::kinematics::axis_intersections::AxisIntersections;
 use crate::kinematics::constants::Constants;
-pub(crate) use crate::kinematics::motion::{Motion, MotionInput};
+pub(crate) use crate::kinematics::motion::{JointVariables, MotionInput};
 use crate::kinematics::names::{name_motion, name_twists};
 pub(crate) use crate::kinematics::placement::{Placement, Twist, along_axis};
-use crate::kinematics::poles::Poles;
-use crate::kinematics::spin::{Bend, Spin};
-use crate::kinematics::vector::{NULL, Turn, Vector, plus_cross, plus_dot};
+use crate::kinematics::vector::{NULL, Vector, ZRotation, plus_cross, plus_dot};
 
-/// How a link moves, in its own frame.
+/// The motion of a link, in its own frame.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
-    pub spin: Spin,
+    pub angular_motion: AngularMotion,
     pub a: Vector,
-    /// Per coordinate; `None` where the coordinate does not move the link.
+    /// The twist per unit of each coordinate's rate; `None` where the coordinate does not move the link.
     pub jacobian: Vec<Option<Twist>>,
-    pub poles: Poles,
+    pub poles: AxisIntersections,
     /// The joint's own acceleration, rad/s^2 or m/s^2.
     pub joint_acceleration: Expr,
     pub placement: Placement,
     pub parallel: Parallel,
 }
 
-/// A run of links on parallel axes: rates before any of its turns, and the turn added up so far.
+/// A run of links on parallel axes: the motion in front of its turns, and the sums of turns and rates up to this link.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
     pub bend: Bend,
     /// Angular acceleration about the axes.
     pub dw_z: Expr,
-    /// Whether the link begins it, its axis parallel to none before.
+    /// Whether the link is the first of the run: its axis is not parallel to the axis before it.
     pub begins: bool,
-    /// Angular part of the twist per coordinate.
+    /// Angular part of the twist per unit of each coordinate's rate, in front of the turns.
     z: Vec<Vector>,
     pub turn: Angle,
     pub rate: Expr,
     pub acceleration: Expr,
-    /// Rate per unit of each coordinate's.
+    /// `rate` per unit of each coordinate's rate.
     rates: Vec<f64>,
 }
 
@@ -65,21 +64,21 @@ pub(crate) fn link_motions(
     g: &mut Graph,
     robot: &Robot,
     constants: &mut Constants,
-    motion: &Motion,
+    motion: &JointVariables,
 ) -> Vec<LinkMotion> {
     let weight = constants.weight(g);
     link_motions_under(g, robot, constants, motion, weight)
 }
 
-/// The same where the base seems to accelerate by `weight`.
+/// The motion of every link with the acceleration `weight` of the base, m/s^2 (-g for gravity).
 pub(crate) fn link_motions_under(
     g: &mut Graph,
     robot: &Robot,
     constants: &mut Constants,
-    motion: &Motion,
+    motion: &JointVariables,
     weight: Vector,
 ) -> Vec<LinkMotion> {
-    // The base: at rest, unturned, its acceleration the weight.
+    // The base: at rest, with the acceleration `weight`.
     let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
@@ -92,18 +91,18 @@ pub(crate) fn link_motions_under(
         acceleration: Expr::ZERO,
         rates: vec![0.0; n],
     };
-    let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
+    let unturned = ZRotation { cos: Expr::ONE, sin: Expr::ZERO };
     let base = LinkMotion {
         w: NULL,
-        spin: Spin { dw: NULL, ww: [NULL; 3], differences: NULL, U: [NULL; 3] },
+        angular_motion: AngularMotion { dw: NULL, ww: [NULL; 3], differences: NULL, U: [NULL; 3] },
         a: weight,
         jacobian: vec![None; n],
-        poles: Poles::of_base(n),
+        poles: AxisIntersections::of_base(n),
         joint_acceleration: Expr::ZERO,
         placement: Placement { gamma: unturned, alpha: unturned, theta: unturned, p: NULL },
         parallel: at_rest,
     };
-    // Antecedents stand before what they carry, so one pass outward is enough.
+    // Antecedents precede the links that they carry, so one pass outward is enough.
     let mut motions: Vec<LinkMotion> = Vec::with_capacity(robot.links.len());
     for (j, link) in robot.link_ids().zip(&robot.links) {
         let antecedent = link.antecedent.map_or(&base, |i| &motions[i.0]);
@@ -113,11 +112,11 @@ pub(crate) fn link_motions_under(
     motions
 }
 
-/// The motion of a link from that of its antecedent i, in six passes.
+/// The motion of a link from the motion of its antecedent i, in six passes.
 fn carried(
     g: &mut Graph,
     constants: &mut Constants,
-    motion: &Motion,
+    motion: &JointVariables,
     (j, link): (LinkId, &Link),
     i: &LinkMotion,
 ) -> LinkMotion {
@@ -131,34 +130,34 @@ fn carried(
     let w = angular_velocity(g, &parallel, turn);
     let a = acceleration_of_origin(g, link, i, &placement, w, rate, acceleration);
     let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
-    let spin = spin(g, &parallel, turn, w);
+    let spin = angular_motion(g, &parallel, turn, w);
     if g.keeps_names() {
         name_motion(g, &link.label, [w, spin.dw, a], [&spin.ww, &spin.U]);
         let twists = jacobian.iter().map(|t| t.map(|t: Twist| [t.z, t.d]));
         name_twists(g, &link.label, twists, &motion.q);
     }
     let poles = i.poles.carried(g, (j, link), &placement, &i.jacobian);
-    LinkMotion { w, spin, a, jacobian, poles, joint_acceleration: acceleration, placement, parallel }
+    LinkMotion { w, angular_motion: spin, a, jacobian, poles, joint_acceleration: acceleration, placement, parallel }
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
 pub struct Geometry {
-    /// About z of the antecedent.
+    /// Angle about z of the antecedent, rad.
     pub gamma: Angle,
-    /// Along z of the antecedent.
+    /// Distance along z of the antecedent, m.
     pub b: Expr,
-    /// About x.
+    /// Angle about x, rad.
     pub alpha: Angle,
-    /// Along x.
+    /// Distance along x, m.
     pub d: Expr,
-    /// About z of the link.
+    /// Angle about z of the link, rad.
     pub theta: Angle,
-    /// Along z of the link.
+    /// Distance along z of the link, m.
     pub r: Expr,
 }
 
 impl Geometry {
-    /// The constant part, from the link's description.
+    /// The constant geometry, at joint variable zero.
     pub(crate) fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
@@ -194,7 +193,7 @@ impl Geometry {
         }
     }
 
-    /// First pass, where the link stands:
+    /// First pass, the placement of the link in its antecedent:
     /// `iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)` [Khalil, Kleinfinger 1986].
     fn placement(&self, g: &mut Graph) -> Placement {
         let (gamma, alpha, theta) = (self.gamma.turn(g), self.alpha.turn(g), self.theta.turn(g));
@@ -206,8 +205,8 @@ impl Geometry {
     }
 }
 
-/// Second pass, the run of parallel axes that the link ends. With w_0, dw_0, z_0k of the link before
-/// the run, in axes parallel to the run's, and the sums over the links of the run
+/// Second pass, the run of parallel axes up to the link: w_0, dw_0, z_0k of the link before
+/// the run, in axes parallel to the axes of the run, and the sums over the links of the run
 ///
 /// ```text
 /// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
@@ -222,7 +221,7 @@ fn run_of_parallel_axes(
     rate: Expr,
     acceleration: Expr,
 ) -> Parallel {
-    // On a parallel axis the run goes on, else a new one begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
+    // A parallel axis continues the run; else a new run begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
     let mut run = if geometry.alpha.is_zero() {
         Parallel { turn: i.parallel.turn.plus(&geometry.gamma), begins: false, ..i.parallel.clone() }
     } else {
@@ -239,7 +238,7 @@ fn run_of_parallel_axes(
             rates: vec![0.0; i.jacobian.len()],
         }
     };
-    // The joint's own turn and rates join the sums of the run.
+    // The joint's own turn and rates are added to the sums of the run.
     run.turn = run.turn.plus(&geometry.theta);
     if link.joint.kind == JointKind::Revolute {
         run.rate = g.add(run.rate, rate);
@@ -254,16 +253,16 @@ fn run_of_parallel_axes(
 /// w_0 = Rx(-alpha) Rz(-gamma) w_i, the bend of the axis that begins a run, and dw_0 about it.
 fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vector, Bend, Expr) {
     let w = placement.to_link_before_theta(g, i.w);
-    let dw = placement.to_link_before_theta(g, i.spin.dw);
-    let bend = placement.bend(g, &i.spin.U).unwrap_or_else(|| {
+    let dw = placement.to_link_before_theta(g, i.angular_motion.dw);
+    let bend = placement.bend(g, &i.angular_motion.U).unwrap_or_else(|| {
         let products = [g.mul(w[0], w[2]), g.mul(w[1], w[2])];
         Bend::of_rates(g, dw, products)
     });
     (w, bend, dw[2])
 }
 
-/// Third pass, w_j = Rz(-phi) w_0 + rate z, the turns of the run taken at once.
-fn angular_velocity(g: &mut Graph, run: &Parallel, turn: Turn) -> Vector {
+/// Third pass, w_j = Rz(-phi) w_0 + rate z, with one rotation for all turns of the run.
+fn angular_velocity(g: &mut Graph, run: &Parallel, turn: ZRotation) -> Vector {
     let [x, y, z] = turn.turned(g, run.w);
     [x, y, g.add(z, run.rate)]
 }
@@ -278,7 +277,7 @@ fn acceleration_of_origin(
     rate: Expr,
     acceleration: Expr,
 ) -> Vector {
-    let at_o_j = [0, 1, 2].map(|r| plus_dot(g, i.a[r], i.spin.U[r], placement.p));
+    let at_o_j = [0, 1, 2].map(|r| plus_dot(g, i.a[r], i.angular_motion.U[r], placement.p));
     let mut a = placement.to_link(g, at_o_j);
     if link.joint.kind == JointKind::Prismatic {
         // w x z = (w_y, -w_x, 0)
@@ -297,7 +296,7 @@ fn jacobian(
     i: &LinkMotion,
     placement: &Placement,
     run: &Parallel,
-    turn: Turn,
+    turn: ZRotation,
 ) -> Vec<Option<Twist>> {
     let mut columns = Vec::with_capacity(i.jacobian.len());
     for (k, twist) in i.jacobian.iter().enumerate() {
@@ -329,12 +328,12 @@ fn jacobian(
 }
 
 /// Sixth pass, dw_j and U_j.
-fn spin(g: &mut Graph, run: &Parallel, turn: Turn, w: Vector) -> Spin {
+fn angular_motion(g: &mut Graph, run: &Parallel, turn: ZRotation, w: Vector) -> AngularMotion {
     let (bend, dw_z) = (run.bend.turned(g, turn), g.add(run.dw_z, run.acceleration));
-    Spin::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
+    AngularMotion::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
 }
 
-/// Adds what acts along a joint to what acts along its coordinates: c_k of it to that of coordinate k.
+/// Adds the component `along` the axis of a joint to the sums of its coordinates: c_k times it to the sum of coordinate k.
 pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: &mut [Expr]) {
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);

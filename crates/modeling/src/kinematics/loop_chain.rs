@@ -1,8 +1,8 @@
-//! The two branches of each loop as chains of constant placements and joints, for whoever closes a loop by algebra.
+//! The two branches of each loop as chains of constant placements and joints, to close a loop by algebra.
 //!
-//! A link stands at `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)` in its antecedent's frame, and its variable turns
-//! about, or slides along, the last z. The constants come as one function of the robot's symbols
-//! ([`PLACEMENT`] outputs a link); the joints come as coefficients of all variables.
+//! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`, and its variable turns
+//! about, or slides along, the last z. The constants are one function of the robot's symbols
+//! ([`PLACEMENT`] outputs per link); the joints are coefficients of all variables.
 
 use expr::{Function, Graph, Output};
 use robot::{JointKind, Robot};
@@ -11,29 +11,29 @@ use crate::kinematics::constants::Constants;
 use crate::kinematics::implicit::{OpenLoop, open_loops};
 use crate::kinematics::links::Geometry;
 
-/// cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
+/// Number of entries per link: cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
 pub(crate) const PLACEMENT: usize = 9;
 
 /// The loops of a robot that no affine function closes.
 pub(crate) struct LoopChains {
-    /// [`PLACEMENT`] entries per link, of the links of each loop and of its two frames.
+    /// [`PLACEMENT`] entries for each link and both loop frames of each loop.
     pub placements: Function,
-    /// How each of these links moves against its antecedent.
+    /// The joint between each of these links and its antecedent.
     pub joints: Vec<ChainJoint>,
-    /// Per loop the links from the last common one to the cut, and to the twin.
+    /// For each loop the links from the last common link to the cut, and to the twin.
     pub loops: Vec<[Vec<usize>; 2]>,
 }
 
-/// The joint of a link: what its variable is of all variables.
+/// The joint of a link: its kind, and its variable as a combination of all variables.
 #[derive(Clone, Debug)]
 pub(crate) struct ChainJoint {
     pub kind: JointKind,
-    /// Variable, coefficient. Coordinates come first, passive ones after them.
+    /// Variables with their coefficients. Coordinates come first, then passive variables.
     pub terms: Vec<(usize, f64)>,
 }
 
 impl LoopChains {
-    /// `g` and `constants` are those of the derivation, so that the symbols are.
+    /// The chains of all loops; `g` and `constants` belong to the derivation, so that it shares the symbols.
     pub(crate) fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
         let (mut entries, mut joints, mut loops) = (Vec::new(), Vec::new(), Vec::new());
         for OpenLoop { robot, cut, twin } in open_loops(robot) {
@@ -45,7 +45,7 @@ impl LoopChains {
                 let terms = link.joint.variable.terms.iter().map(|&(k, c)| (k.0, c)).collect();
                 joints.push(ChainJoint { kind: link.joint.kind, terms });
             }
-            // The links of a side stand one after the other, its loop frame last.
+            // The links of a branch are consecutive, its loop frame last.
             loops.push([(before..=before + cut.0).collect(), (before + cut.0 + 1..=before + twin.0).collect()]);
         }
         let output = Output { name: "placement".into(), rows: joints.len(), columns: PLACEMENT, entries };

@@ -1,9 +1,11 @@
-//! How the links move: the robot's numbers as expressions, the motion of every link, closed loops.
+//! The kinematics: the robot's numbers as expressions, the motion of every link, closed loops.
 //!
-//! From the bottom up: [`vector`], [`spin`], [`placement`], [`angle`], [`constants`], then [`links`], then [`closure`] and
-//! [`implicit`] for the loops that no affine function closes.
+//! Each module uses the ones before it: [`vector`], [`angular_motion`], [`placement`], [`angle`], [`constants`], then [`links`], then
+//! [`closure`] and [`implicit`] for the loops that no affine function closes.
 
 pub(crate) mod angle;
+pub(crate) mod angular_motion;
+pub(crate) mod axis_intersections;
 pub(crate) mod closure;
 pub(crate) mod constants;
 pub(crate) mod implicit;
@@ -13,6 +15,4 @@ pub(crate) mod motion;
 pub(crate) mod names;
 pub(crate) mod placement;
 pub(crate) mod polar;
-pub(crate) mod poles;
-pub(crate) mod spin;
 pub(crate) mod vector;

@@ -5,10 +5,10 @@ use robot::Robot;
 
 use crate::kinematics::names::coordinate_labels;
 
-/// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
-/// the coordinates'.
+/// Every joint variable and its rates: n coordinates, then the passive variables, whose rates follow from
+/// the rates of the coordinates.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct JointVariables {
     pub q: Vec<Expr>,
     pub dq: Vec<Expr>,
     pub ddq: Vec<Expr>,
@@ -16,7 +16,7 @@ pub(crate) struct Motion {
     pub n: usize,
 }
 
-/// A part of the motion that a function takes as an input, named after the variant in small letters.
+/// A quantity of the motion that a function has as an input; the input's name is the variant in lower case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionInput {
     Q,
@@ -25,8 +25,8 @@ pub(crate) enum MotionInput {
     Ddq,
 }
 
-impl Motion {
-    pub(crate) fn new(g: &mut Graph, robot: &Robot) -> Motion {
+impl JointVariables {
+    pub(crate) fn new(g: &mut Graph, robot: &Robot) -> JointVariables {
         let labels = coordinate_labels(robot);
         let mut inputs = |prefix: &str, labels: &[String]| -> Vec<Expr> {
             labels.iter().map(|label| g.symbol(&format!("{prefix}{label}"), SymbolKind::Input)).collect()
@@ -37,17 +37,17 @@ impl Motion {
         q.extend(inputs("passive", &passive));
         dq.resize(q.len(), Expr::ZERO);
         ddq.resize(q.len(), Expr::ZERO);
-        Motion { q, dq, ddq, n }
+        JointVariables { q, dq, ddq, n }
     }
 
-    /// `q`, `passive` where there are such, `dq`, `ddq`.
+    /// The inputs `q`, `passive` (where there are passive variables), `dq`, `ddq`.
     pub(crate) fn inputs(&self) -> Vec<Input> {
         let mut inputs = self.configuration();
         inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
         inputs
     }
 
-    /// `q`, and `passive` where there are such.
+    /// The inputs `q`, and `passive` where there are passive variables.
     pub(crate) fn configuration(&self) -> Vec<Input> {
         let mut inputs = vec![self.input(MotionInput::Q)];
         if self.q.len() > self.n {

@@ -1,21 +1,21 @@
-//! Where a link stands in the frame of the link before, and the twist of a frame.
+//! The pose of a link in the frame of its antecedent, and the twist of a frame.
 
 use expr::{Expr, Graph};
 use robot::JointKind;
 
-use crate::kinematics::spin::Bend;
-use crate::kinematics::vector::{Turn, Vector, add, cross};
+use crate::kinematics::angular_motion::Bend;
+use crate::kinematics::vector::{Vector, ZRotation, add, cross};
 
-/// Where a link stands in its antecedent's frame.
+/// The pose of link j in the frame of its antecedent i.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    /// About z of frame i.
-    pub gamma: Turn,
-    /// About x behind that.
-    pub alpha: Turn,
-    /// About z of frame j.
-    pub theta: Turn,
-    /// O_j from O_i, in frame i.
+    /// Rotation about z of frame i.
+    pub gamma: ZRotation,
+    /// Rotation about x, after gamma.
+    pub alpha: ZRotation,
+    /// Rotation about z of frame j.
+    pub theta: ZRotation,
+    /// The vector from O_i to O_j, in frame i, m.
     pub p: Vector,
 }
 
@@ -26,13 +26,13 @@ impl Placement {
         self.theta.turned(g, v)
     }
 
-    /// The same before the joint turns.
+    /// Components of a vector given in frame i, in frame j before the rotation by theta.
     pub fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
 
-    /// The bend of the joint's axis where it is along an axis of frame i: from that column of U_i.
+    /// The bend of the joint's axis, from a column of U_i; `None` where the joint's axis is not along an axis of frame i.
     pub(crate) fn bend(&self, g: &mut Graph, U: &[Vector; 3]) -> Option<Bend> {
         let axis = self.alpha.unturned_about_x(g, [Expr::ZERO, Expr::ZERO, Expr::ONE]);
         let axis = self.gamma.unturned(g, axis);
@@ -50,7 +50,7 @@ impl Placement {
         self.gamma.unturned(g, v)
     }
 
-    /// Force and moment at O_i from those at O_j, in frame i; so too momentum and angular momentum.
+    /// Force and moment at O_i, in frame i, from force and moment at O_j, in frame j. Also for momentum and angular momentum.
     pub fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
         let (f, n) = (self.to_antecedent(g, f), self.to_antecedent(g, n));
         let lever = cross(g, self.p, f);

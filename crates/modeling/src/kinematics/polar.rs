@@ -1,35 +1,34 @@
-//! The motion of links with the products of rates polarised: linear in reference rates, where they are squared else.
+//! The motion of links with polarised products of rates: bilinear in rates and reference rates instead of quadratic in rates.
 //!
-//! What rates do to torques is a quadratic form Q(dq, dq), and the symmetric bilinear form behind it is C(q, dq) dq_r with
-//! Christoffel's C [Slotine, Li 1987]. Every product w_a w_b on the way from rates to torques becomes
+//! The torques of the rates are a quadratic form Q(dq, dq). The symmetric bilinear form of Q is C(q, dq) dq_r with
+//! Christoffel's C [Slotine, Li 1987]. Every product w_a w_b between rates and torques becomes
 //!
 //! ```text
 //! 1/2 (w_a w_rb + w_ra w_b)
 //! ```
-//! with w_r the angular velocity at dq_r. Accelerations are those of ddq_r, and gravity stays as it is. The factor 1/2 is
-//! taken to dq_r first: w_h = w_r / 2.
+//! with w_r the angular velocity at dq_r. Accelerations follow from ddq_r, and gravity is unchanged. The factor 1/2 is
+//! applied to dq_r: w_h = w_r / 2.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, Robot};
 
+use crate::kinematics::angular_motion::{AngularMotion, Bend};
 use crate::kinematics::constants::Constants;
-use crate::kinematics::links::{LinkMotion, Motion, joint_variable, link_motions};
-use crate::kinematics::spin::{Bend, Spin};
+use crate::kinematics::links::{JointVariables, LinkMotion, joint_variable, link_motions};
 use crate::kinematics::vector::{Vector, plus_dot};
 
-/// The polarised motion of every link: `links` are those at dq, and `reference` has half of dq_r as its dq, and ddq_r as its
-/// ddq.
+/// The polarised motion of every link. `links`: the motions at dq; `reference`: half of dq_r as its dq, and ddq_r as its ddq.
 pub(crate) fn polarised(
     g: &mut Graph,
     robot: &Robot,
     constants: &mut Constants,
     links: &[LinkMotion],
-    reference: &Motion,
-    actual: &Motion,
+    reference: &JointVariables,
+    actual: &JointVariables,
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // The bend of the axes of a run and dw about them, before its turns.
+    // The bend of the axes of each run and dw about them, in front of the turns of the run.
     let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
@@ -38,16 +37,16 @@ pub(crate) fn polarised(
         let begins_run = at.placement.alpha.sin != Expr::ZERO || at.placement.alpha.cos != Expr::ONE;
         let (bend, dw_z) = match i {
             None => (Bend::STILL, Expr::ZERO),
-            Some(i) if begins_run => before_the_run(g, [at, half], &polar[i].spin),
+            Some(i) if begins_run => before_the_run(g, [at, half], &polar[i].angular_motion),
             Some(i) => runs[i],
         };
         runs.push((bend, dw_z));
         let turn = at.parallel.turn.turn(g);
         let (bend, dw_z) = (bend.turned(g, turn), g.add(dw_z, half.parallel.acceleration));
-        let spin = Spin::new(g, bend, dw_z, |g, r, c| product(g, [at.w, half.w], (r, c)));
+        let spin = AngularMotion::new(g, bend, dw_z, |g, r, c| product(g, [at.w, half.w], (r, c)));
 
         let at_o_j = match i {
-            Some(i) => [0, 1, 2].map(|r| plus_dot(g, polar[i].a[r], polar[i].spin.U[r], at.placement.p)),
+            Some(i) => [0, 1, 2].map(|r| plus_dot(g, polar[i].a[r], polar[i].angular_motion.U[r], at.placement.p)),
             None => weight,
         };
         let mut a = at.placement.to_link(g, at_o_j);
@@ -56,13 +55,13 @@ pub(crate) fn polarised(
             let [x, y] = across_z(g, [at.w, half.w], rates).map(|x| g.add(x, x));
             a = [g.add(a[0], x), g.add(a[1], y), g.add(a[2], half.joint_acceleration)];
         }
-        polar.push(LinkMotion { spin, a, joint_acceleration: half.joint_acceleration, ..at.clone() });
+        polar.push(LinkMotion { angular_motion: spin, a, joint_acceleration: half.joint_acceleration, ..at.clone() });
     }
     polar
 }
 
 /// The bend of the axis that begins a run and dw about it, from the polarised motion of the link before.
-fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &Spin) -> (Bend, Expr) {
+fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion) -> (Bend, Expr) {
     let dw = at.placement.to_link_before_theta(g, i.dw);
     let bend = at.placement.bend(g, &i.U).unwrap_or_else(|| {
         let w = [at.parallel.w, half.parallel.w];

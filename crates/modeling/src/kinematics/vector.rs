@@ -36,7 +36,7 @@ pub fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
     plus_dot(g, Expr::ZERO, a, b)
 }
 
-/// c + a . b, product by product: each is fused into the sum before it.
+/// c + a . b, product by product, so that each can be fused into the sum before it.
 pub(crate) fn plus_dot(g: &mut Graph, c: Expr, a: Vector, b: Vector) -> Expr {
     let terms = [0, 1, 2].map(|i| g.mul(a[i], b[i]));
     terms.iter().fold(c, |s, &t| g.add(s, t))
@@ -46,23 +46,23 @@ pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
 }
 
-/// Calls the components of a vector NAME_x, NAME_y, NAME_z where names are kept.
+/// Names the components of a vector NAME_x, NAME_y, NAME_z where names are kept.
 pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
     for (component, axis) in v.into_iter().zip(["x", "y", "z"]) {
         g.name(component, || format!("{}_{axis}", name()));
     }
 }
 
-/// A rotation about z by the angle with this cosine and sine, and its transpose.
+/// A rotation about z (or x, by the methods for x) by an angle.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
-    /// Its cosine.
+pub struct ZRotation {
+    /// The cosine of the angle.
     pub cos: Expr,
-    /// Its sine.
+    /// The sine of the angle.
     pub sin: Expr,
 }
 
-impl Turn {
+impl ZRotation {
     /// Components of a fixed vector in the axes turned by the angle: Rz(-angle) v.
     pub fn turned(self, g: &mut Graph, v: Vector) -> Vector {
         let [x, y, z] = v;
@@ -70,18 +70,18 @@ impl Turn {
         [g.add(cx, sy), g.sub(cy, sx), z]
     }
 
-    /// Back again: Rz(angle) v.
+    /// The inverse rotation: Rz(angle) v.
     pub fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
-        Turn { cos: self.cos, sin: -self.sin }.turned(g, v)
+        ZRotation { cos: self.cos, sin: -self.sin }.turned(g, v)
     }
 
-    /// The same about x: Rx(-angle) v.
+    /// Components of a fixed vector in the axes turned about x by the angle: Rx(-angle) v.
     pub fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.turned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }
 
-    /// Rx(angle) v.
+    /// The inverse rotation about x: Rx(angle) v.
     pub fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.unturned(g, [v[1], v[2], v[0]]);
         [x, y, z]

@@ -9,4 +9,14 @@ Everything stands on the library of Rust; `rist.Error` is what cannot be done, w
 
 from ._plot import Picture
 from ._rist import *
-from ._rist import __version__, _accumulator, _base_parameters, _estimate, _model, _passport, _verdict
+from ._rist import __version__, _accumulator, _base_parameters, _estimate, _log_check, _model, _verdict
+
+
+def __getattr__(name):
+    """The former names of what is called otherwise; they go with the next version."""
+    if name != "Passport":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import warnings
+
+    warnings.warn("rist.Passport is called rist.LogCheck", DeprecationWarning, stacklevel=2)
+    return LogCheck

@@ -70,7 +70,7 @@ def estimate(found, log):
     # Logs one behind the other, with a gap between them.
     shown = series if isinstance(series, list) else [series]
     names, units = found.model.coordinates, found.joints["unit"]
-    axes = _panels(pyplot, len(names), "torque: measured, identified, and what is left")
+    axes = _panels(pyplot, len(names), "torque: measured, identified, residual")
     for k, axis in enumerate(axes):
         start = 0.0
         for one in shown:
@@ -90,13 +90,13 @@ def estimate(found, log):
 
 
 def _parameters(pyplot, found):
-    """Values with two deviations, each divided by the size of the value: what is told stands away from zero."""
-    told = [(n, v, s) for n, v, s in zip(found.names, found.values, found.sigma) if math.isfinite(v) and math.isfinite(s) and v]
-    figure, axis = pyplot.subplots(layout="constrained", figsize=(7, 1.0 + 0.22 * len(told)))
-    rows = range(len(told))
-    axis.errorbar([math.copysign(1.0, v) for _, v, _ in told], rows, xerr=[2 * s / abs(v) for _, v, s in told], fmt="o", capsize=2)
+    """Values with two standard deviations, divided by the absolute value: a bar that crosses zero is not significant."""
+    finite = [(n, v, s) for n, v, s in zip(found.names, found.values, found.sigma) if math.isfinite(v) and math.isfinite(s) and v]
+    figure, axis = pyplot.subplots(layout="constrained", figsize=(7, 1.0 + 0.22 * len(finite)))
+    rows = range(len(finite))
+    axis.errorbar([math.copysign(1.0, v) for _, v, _ in finite], rows, xerr=[2 * s / abs(v) for _, v, s in finite], fmt="o", capsize=2)
     axis.axvline(0.0, color=MEASURED, linewidth=0.8)
-    axis.set_yticks(rows, [name for name, _, _ in told])
+    axis.set_yticks(rows, [name for name, _, _ in finite])
     axis.invert_yaxis()
     axis.set_xlim(-3, 3)
     axis.set_xlabel("value and two deviations, per size of the value")
@@ -151,7 +151,7 @@ def validation(found):
     return axes[0]
 
 
-def passport(found):
+def log_check(found):
     """The slope of each joint, which is 1 where log and description agree."""
     joints = found.joints
     bars = [(name, slope) for name, slope in zip(joints["coordinate"], joints["slope"]) if slope is not None]
@@ -165,7 +165,7 @@ def passport(found):
     figure, axis = pyplot.subplots(layout="constrained", figsize=(7, 1.2 + 0.35 * len(bars)))
     drawn = axis.barh([name for name, _ in bars], [x for _, x in bars], color=PREDICTED)
     for bar, share in zip(drawn, shares):
-        # As in the table: what the description explains little of tells little.
+        # As in the table: a joint that the description hardly explains is drawn pale.
         bar.set_alpha(1.0 if share > 0.5 else 0.35)
     axis.axvline(1.0, color=LEFT, linewidth=1.0, linestyle="--")
     axis.invert_yaxis()

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use robot::convention::Convention;
-use robot::format::{Angles, ReadOptions, write_urdf, write_yaml};
+use robot::format::{AngleSnapping, ReadOptions, write_urdf, write_yaml};
 use robot::{Note, PassiveCoordinate, Robot, transform_inertial};
 
 use crate::describe::torque_difference::torque_difference;
@@ -15,9 +15,9 @@ use crate::request::DescriptionFormat;
 pub struct Converted {
     /// The file.
     pub text: String,
-    /// What the format cannot carry.
+    /// Sentences on properties that the format cannot state.
     pub notes: Vec<String>,
-    /// What of the robot is not in the text, found by reading it.
+    /// Properties of the robot that are missing in the text, found by reading it back.
     pub differences: Vec<String>,
 }
 
@@ -35,15 +35,15 @@ pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Er
     Ok(Converted { text, notes, differences })
 }
 
-/// The text of a robot, and what of it the format cannot carry.
+/// Writes a robot as text; the notes say what the format cannot carry.
 pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
 
 /// A writer of descriptions that another package brings along.
 #[derive(Clone, Copy)]
 pub struct DescriptionWriter {
-    /// What it writes.
+    /// The format that it writes.
     pub format: DescriptionFormat,
-    /// How, or what is said where it was not built in.
+    /// The function that writes, or the error text where it was not built in.
     pub write: Result<WriteDescription, &'static str>,
 }
 
@@ -61,12 +61,13 @@ fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Erro
     writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }
 
-/// Relative difference of torques that rounding explains: a URDF has other frames and its angles as decimals.
-const TORQUE_ROUNDING: f64 = 1e-9;
+/// Largest relative difference of torques that rounding explains: a URDF has other frames, and its angles as decimals.
+const RELATIVE_TORQUE_ROUNDING: f64 = 1e-9;
 
-/// What of the robot is not in the text, by reading it. Fails where it cannot be read: then nothing is written.
+/// Properties of the robot that are missing in the text, found by reading it back. Fails where the text cannot be read.
 fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec<String>, Error> {
-    let options = ReadOptions { angles: Angles::AsGiven, floating_base: robot.massless > 0, ..ReadOptions::default() };
+    let options =
+        ReadOptions { angles: AngleSnapping::AsGiven, floating_base: robot.massless > 0, ..ReadOptions::default() };
     let read = match format {
         DescriptionFormat::Par => robot::format::read_par(text, "the result"),
         DescriptionFormat::Yaml => robot::format::read_yaml(text, "the result"),
@@ -76,7 +77,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
     })?;
     let mut differences = Vec::new();
-    // What coordinates lose: their order, or some of them.
+    // Coordinates can lose their order or become fewer.
     let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (before, after) = (names(robot), names(&read));
     let mut sorted = [before.clone(), after.clone()];
@@ -87,7 +88,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
     if before.len() != after.len() {
         differences.push(format!("{} coordinates become {}", before.len(), after.len()));
     }
-    // What the formats have no word for.
+    // Properties that the formats cannot express.
     if robot.massless > 0 {
         let n = robot.massless;
         differences.push(format!(
@@ -101,8 +102,8 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         let starts: Vec<String> = robot.passive.iter().map(start).collect();
         differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
     }
-    // Whatever else was lost shows in the torques.
-    if let Some(x) = torque_difference(robot, &read).filter(|x| *x > TORQUE_ROUNDING) {
+    // Any other loss changes the torques.
+    if let Some(x) = torque_difference(robot, &read).filter(|x| *x > RELATIVE_TORQUE_ROUNDING) {
         differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
     }
     Ok(differences)

@@ -1,4 +1,4 @@
-//! A description as a user gives it: how it is read, which values the reader rounded, which it lacks.
+//! Reads a description with the options of a user; finds rounded values and missing ones.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use gate::opened;
 pub use linear_model::description_options::RotorInertias;
 use modeling::Size;
 use nalgebra::{Rotation3, Vector3};
-use robot::format::{Angles, ReadOptions};
+use robot::format::{AngleSnapping, ReadOptions};
 use robot::value::Value;
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
@@ -16,15 +16,15 @@ use crate::error::Error;
 use crate::output::directory_of;
 pub use crate::request::ModelOptions;
 
-/// A description as it stands in its file, with the options applied; nothing is derived.
+/// Reads a description from its file and applies the options; nothing is derived.
 ///
-/// Fails with the place of what cannot be read, and where a symbol of `value` is not there.
+/// Fails with the place of an entry that cannot be read, and where a symbol of `value` does not exist.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
-/// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened but what the text brings along.
-/// That is an input as the file itself ([`crate::output`]).
+/// Reads a description from a text; the extension of `path` gives its format. Only files that the text refers to are
+/// opened. They are inputs like the file itself ([`crate::output`]).
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     opened::with(path, || {
         let robot = parsed(text, path, options)?;
@@ -69,36 +69,36 @@ fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Erro
     Ok(if options.floating_base { robot.floating() } else { robot })
 }
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll), as a URDF has it.
+/// R = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF; angles in rad.
 pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
     Rotation3::from_euler_angles(roll, pitch, yaw)
 }
 
-/// An angle of pi written to five digits is off by less, rad.
-const WRITTEN_ANGLE_RAD: f64 = 2e-5;
+/// Bound of the error of an angle of pi that is written with five digits, rad.
+const ANGLE_ROUNDING_RAD: f64 = 2e-5;
 
-/// Roll, pitch and yaw of a turn, rounded to so many digits behind the point, rad: what is printed is what counts.
+/// Roll, pitch and yaw of a rotation, rad, rounded to `digits` decimals: the printed values are the ones that are used.
 pub fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
     let (roll, pitch, yaw) = turn.euler_angles();
     let unit = 10f64.powi(digits);
-    // No zero is negative.
+    // -0 becomes 0.
     [roll, pitch, yaw].map(|angle| (angle * unit).round() / unit + 0.0)
 }
 
-/// Mounts the base so, from however it was before: gravity of the file, which stands still, is seen from a frame that is
-/// turned by R. What a rounded angle leaves of it along an axis is zero.
+/// Mounts the base with roll, pitch and yaw `base`, rad, whatever its mount was before: g_base = R^T g_file, with gravity of
+/// the file, which is fixed in the world. Components that only the rounding of an angle explains are zero.
 pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
     let now = robot.gravity_number();
     let of_file = *robot.file_gravity.get_or_insert(now);
     let gravity = turn_of_rpy(base).inverse() * Vector3::from(of_file);
-    let least = WRITTEN_ANGLE_RAD * gravity.norm();
+    let least = ANGLE_ROUNDING_RAD * gravity.norm();
     robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
 }
 
-/// A sentence on the angles and axes that the reader took for other values, and on how much this changes the torque;
-/// `None` where everything is as given.
+/// A sentence on the angles and axes that the reader replaced by exact values, and on how much this changes the torque;
+/// `None` where nothing was replaced.
 pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
-    /// This many are named, and the others counted.
+    /// Number of angles that are named; the others are counted.
     const NAMED_ANGLES: usize = 4;
     if robot.snapped.is_empty() {
         return None;
@@ -108,7 +108,7 @@ pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) 
     if robot.snapped.len() > NAMED_ANGLES {
         taken.push(format!("{} more", robot.snapped.len() - NAMED_ANGLES));
     }
-    let as_given = parse_robot(text, path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let as_given = parse_robot(text, path, &ModelOptions { angles: AngleSnapping::AsGiven, ..options.clone() });
     let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
         Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
         None => "what that does to the torque is not known".into(),
@@ -133,7 +133,7 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Refuses a robot whose derivation takes long or much memory, with the figures, unless it may be of any size.
+/// Refuses a robot whose derivation takes long or much memory, with the figures, unless `any_size` is set.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

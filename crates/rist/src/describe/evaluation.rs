@@ -12,9 +12,9 @@ use modeling::{Derivation, UnclearRank};
 use crate::describe::model::Model;
 use crate::describe::named_function::function_named;
 use crate::error::Error;
-use crate::tape::state_tape::{Argument, StateTape};
+use crate::tape::state_tape::{StateArgument, StateTape};
 
-/// What is evaluated.
+/// The quantity that is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Y_s, n x p_s: torque per unit of each standard parameter.
@@ -34,9 +34,9 @@ pub enum Quantity {
 /// A matrix that a function gives for each state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputShape {
-    /// What it is called: `tau`, `dtau_by_q`.
+    /// Its name: `tau`, `dtau_by_q`.
     pub name: String,
-    /// Rows; columns are 1 of a vector.
+    /// Rows; a vector has one column.
     pub rows: usize,
     /// Columns.
     pub columns: usize,
@@ -53,7 +53,7 @@ pub struct ManyStates<'a> {
     pub ddq: &'a [f64],
     /// X, the same for all states; regressors need none.
     pub parameters: &'a [f64],
-    /// What else the function takes, by name, one row per state: torques `tau`, a `wrench`, a `point`, a pose `t`.
+    /// Further arguments of the function, by name, one row per state: torques `tau`, a `wrench`, a `point`, a pose `t`.
     pub others: &'a [(&'a str, &'a [f64])],
 }
 
@@ -62,26 +62,26 @@ pub struct ManyStates<'a> {
 pub enum ParametersOf {
     /// p base parameters.
     Base(usize),
-    /// p_s standard parameters, of which base parameters do not tell enough.
+    /// p_s standard parameters: the base parameters do not determine this function.
     Standard(usize),
 }
 
 /// One quantity of a model, ready to be evaluated by any number of threads.
 pub struct Evaluation {
-    source: Source,
+    source: StateSource,
     n: usize,
     outputs: Vec<OutputShape>,
     parameters: Option<ParametersOf>,
 }
 
-enum Source {
+enum StateSource {
     /// The model's own base regressor, which is compiled if this robot is built in.
     Regressor,
     /// Any function of the states.
     Tape(Box<StateTape>),
 }
 
-/// States that are evaluated together, so few that their inputs and outputs stay in the cache.
+/// Number of states that are evaluated together: their inputs and outputs stay in the cache.
 const STATES_PER_PASS: usize = 64;
 
 impl Evaluation {
@@ -100,9 +100,9 @@ impl Evaluation {
         Evaluation::of_function(model, function)
     }
 
-    /// Any function by its name, as `rist generate` knows it: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
+    /// Any function by its name, the same names as in `rist generate`: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
     ///
-    /// Fails with the names there are, and where a loop of the robot closes nowhere.
+    /// Fails with the list of names where the name is unknown, and where a loop of the robot closes nowhere.
     pub fn of_function(model: &Model, name: &str) -> Result<Evaluation, Error> {
         let refused = |e: UnclearRank| Error::new(format_args!("{}: {e}", model.path.display()));
         let which = function_named(&model.robot, name)?;
@@ -112,35 +112,41 @@ impl Evaluation {
         let outputs = function.outputs.iter().map(shape).collect();
         let tape = StateTape::new(&function, derivation.closure());
         let parameters = tape.arguments.iter().find_map(|a| match *a {
-            Argument::Parameters(p) if p == model.parameters.len() => Some(ParametersOf::Base(p)),
-            Argument::Parameters(p) => Some(ParametersOf::Standard(p)),
+            StateArgument::Parameters(p) if p == model.parameters.len() => Some(ParametersOf::Base(p)),
+            StateArgument::Parameters(p) => Some(ParametersOf::Standard(p)),
             _ => None,
         });
-        Ok(Evaluation { source: Source::Tape(Box::new(tape)), n: model.robot.n_coordinates(), outputs, parameters })
+        Ok(Evaluation {
+            source: StateSource::Tape(Box::new(tape)),
+            n: model.robot.n_coordinates(),
+            outputs,
+            parameters,
+        })
     }
 
     /// The model's own base regressor.
     fn of_regressor(model: &Model) -> Evaluation {
         let n = model.robot.n_coordinates();
         let outputs = vec![OutputShape { name: "y".into(), rows: n, columns: model.parameters.len() }];
-        Evaluation { source: Source::Regressor, n, outputs, parameters: None }
+        Evaluation { source: StateSource::Regressor, n, outputs, parameters: None }
     }
 
-    /// What is written for each state, in order, each row by row.
+    /// Shapes of the outputs of a state, in order; each matrix is written row by row.
     pub fn outputs(&self) -> &[OutputShape] {
         &self.outputs
     }
 
-    /// What else is needed for each state, with the number of its entries.
+    /// Names of the further arguments that each state needs, with their numbers of entries.
     pub fn others(&self) -> Vec<(&str, usize)> {
-        let Source::Tape(tape) = &self.source else { return Vec::new() };
-        let other = |a| if let &Argument::Other(ref name, width) = a { Some((name.as_str(), width)) } else { None };
+        let StateSource::Tape(tape) = &self.source else { return Vec::new() };
+        let other =
+            |a| if let &StateArgument::Other(ref name, width) = a { Some((name.as_str(), width)) } else { None };
         tape.arguments.iter().filter_map(other).collect()
     }
 
-    /// Writes the outputs of one state after the other. Where a loop does not close, they are not numbers.
+    /// Writes the outputs of one state after the other. They are NaN where a loop does not close.
     ///
-    /// Fails where the lengths are not those of whole states, of the same number of them, and of the parameters.
+    /// Fails where the arguments and outputs do not have the same number of whole states, or X has another length.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
@@ -183,10 +189,10 @@ impl Evaluation {
             let others: Vec<&[f64]> = others.iter().map(some).collect();
             let rows = rows.map(|k| [row(states.q, k), row(states.dq, k), row(states.ddq, k)]);
             match &self.source {
-                Source::Regressor => {
+                StateSource::Regressor => {
                     model.regressor().fill_many(&rows.flatten().flatten().copied().collect::<Vec<f64>>(), outputs)
                 }
-                Source::Tape(tape) => tape.fill(rows, states.parameters, &others, outputs),
+                StateSource::Tape(tape) => tape.fill(rows, states.parameters, &others, outputs),
             }
         }
         Ok(())
@@ -195,10 +201,10 @@ impl Evaluation {
     /// Whether the outputs depend on an argument, `q`, `dq` or `ddq`.
     pub fn needs(&self, argument: &str) -> bool {
         match (&self.source, argument) {
-            (Source::Regressor, _) => true,
-            (Source::Tape(tape), "q") => tape.arguments.contains(&Argument::Q),
-            (Source::Tape(tape), "dq") => tape.arguments.contains(&Argument::Dq),
-            (Source::Tape(tape), _) => tape.arguments.contains(&Argument::Ddq),
+            (StateSource::Regressor, _) => true,
+            (StateSource::Tape(tape), "q") => tape.arguments.contains(&StateArgument::Q),
+            (StateSource::Tape(tape), "dq") => tape.arguments.contains(&StateArgument::Dq),
+            (StateSource::Tape(tape), _) => tape.arguments.contains(&StateArgument::Ddq),
         }
     }
 
@@ -208,7 +214,7 @@ impl Evaluation {
     }
 }
 
-/// The rows of an argument; none where it is not given.
+/// The rows of an argument; empty where it is not given.
 fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
     states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
 }
@@ -258,8 +264,12 @@ mod tests {
                 ("A ddq + h", accelerated, &torque),
                 ("g", at(Quantity::Gravity, &[]), &at_rest),
             ] {
-                let open = expected.iter().filter(|x| x.is_nan()).count();
-                assert!(open < expected.len() / 2, "{name}: the loops are open at {open} of {}", expected.len());
+                let not_closed = expected.iter().filter(|x| x.is_nan()).count();
+                assert!(
+                    not_closed < expected.len() / 2,
+                    "{name}: the loops are open at {not_closed} of {}",
+                    expected.len()
+                );
                 for (found, expected) in found.iter().zip(expected) {
                     // Sums of some hundred terms of order one.
                     let close = (found - expected).abs() < 1e-10 * expected.abs().max(1.0);
@@ -276,7 +286,7 @@ mod tests {
         let mut random = Random::new(6);
         let mut normal = |count: usize| (0..count).map(|_| 0.3 * random.normal()).collect::<Vec<f64>>();
         let (q, dq, ddq) = (normal(count * n), normal(count * n), normal(count * n));
-        let x = model.described_parameters().unwrap();
+        let x = model.nominal_parameters().unwrap();
         let at = |name: &str, states: ManyStates| {
             let evaluation = Evaluation::of_function(&model, name).unwrap();
             let size: usize = evaluation.outputs().iter().map(|o| o.rows * o.columns).sum();

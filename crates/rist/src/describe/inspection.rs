@@ -1,12 +1,12 @@
-//! What a description gives: base parameters, their rules, the counts and the evidence of the rank.
+//! Results of a description: base parameters, their rules, counts of operations, and the evidence of the rank.
 
 use std::path::Path;
 
 use expr::Count;
-use modeling::{BaseParameters, Rules, Weak};
-use report::sheet::{self, Sheet, Source, geometry};
+use modeling::{BaseParameters, Rules, WeakParameter};
+use report::sheet::{self, Sheet, SheetInput, geometry};
 use robot::Robot;
-use robot::format::Angles;
+use robot::format::AngleSnapping;
 use robot::value::SymbolId;
 use serde_json::{Value, json};
 
@@ -17,14 +17,14 @@ use crate::request::{InspectRequest, ModelOptions};
 
 /// A model with its rules, ready to be shown.
 pub struct Inspection {
-    /// What was derived.
+    /// The derived model.
     pub model: Model,
     /// Nested, or in the standard parameters alone.
     pub rules: Rules,
     tilted: Tilted,
 }
 
-/// Derives a robot that was read from `path` with these options, and its rules.
+/// Derives the model and the rules of a robot that was read from `path` with these options.
 ///
 /// Fails where the derivation does, and where rules that are to be expanded have more than a million terms.
 pub fn inspect(
@@ -40,7 +40,7 @@ pub fn inspect(
 }
 
 impl Inspection {
-    /// Text of lines of at most `width` columns.
+    /// Text with lines of at most `width` characters.
     pub fn text(&self, width: usize) -> String {
         report::robot::text(&self.sheet(), width)
     }
@@ -55,25 +55,25 @@ impl Inspection {
         report::robot::latex(&self.sheet())
     }
 
-    /// A page on which a parameter or a link can be chosen.
+    /// An HTML page on which a parameter or a link can be selected.
     pub fn html(&self) -> String {
         report::robot::html(&self.sheet())
     }
 
     fn sheet(&self) -> Sheet {
         let Inspection { model: derived, rules, tilted } = self;
-        let described = described(derived);
+        let nominal = nominal_values(derived);
         let operations = [
             ("regressor", derived.standard_regressor.count()),
             ("base regressor", derived.base_regressor.count()),
             ("torque", derived.torque.count()),
         ];
         let closed_at: Vec<f64> = derived.assembly.iter().map(|(_, x)| *x).collect();
-        let mut sheet = Sheet::new(&Source {
+        let mut sheet = Sheet::new(&SheetInput {
             robot: &derived.robot,
             parameters: &derived.parameters,
             rules,
-            described: described.as_deref(),
+            described: nominal.as_deref(),
             closed_at: &closed_at,
             operations: &operations,
         });
@@ -85,13 +85,13 @@ impl Inspection {
         sheet
     }
 
-    /// All of it as values.
+    /// All results as JSON.
     pub fn to_json(&self) -> Value {
         let Inspection { model: derived, rules, tilted } = self;
         let (robot, parameters) = (&derived.robot, &derived.parameters);
         let name = |c: usize| parameters.standard[c].display(robot).to_string();
         let names = |columns: &[usize]| columns.iter().map(|&c| name(c)).collect::<Vec<_>>();
-        let described = described(derived);
+        let nominal = nominal_values(derived);
         let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
         let added = |(name, share): &(String, f64)| json!({"parameter": name, "share": share});
         json!({
@@ -101,10 +101,12 @@ impl Inspection {
             "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
             "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
             "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+            // Standard and base parameters, in the order of the regressors' columns.
             "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
-            "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
+            "base": (0..parameters.len()).map(|k| base(derived, rules, nominal.as_deref(), k)).collect::<Vec<_>>(),
             "regrouped": rules.regrouped,
             "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+            // Base parameters that only the angles as given have, and why they are not known where they are not.
             "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
             "as_given_refused": tilted.appear.as_ref().err(),
             "no_effect": names(&parameters.no_effect),
@@ -146,7 +148,7 @@ impl Tilted {
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let options = ModelOptions { angles: Angles::AsGiven, ..options.clone() };
+        let options = ModelOptions { angles: AngleSnapping::AsGiven, ..options.clone() };
         let given = read_robot(&derived.path, &options)?;
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
@@ -182,7 +184,7 @@ impl Tilted {
     }
 }
 
-/// Where the loops were found closed; `None` without loops that are solved numerically.
+/// A sentence on the configuration in which the loops were found closed; `None` without numerically solved loops.
 fn assembly(derived: &Model) -> Option<String> {
     if derived.assembly.is_empty() {
         return None;
@@ -202,12 +204,12 @@ fn assembly(derived: &Model) -> Option<String> {
 }
 
 /// The values of the base parameters by the description; `None` without inertials, or where a symbol has no value.
-fn described(derived: &Model) -> Option<Vec<f64>> {
-    let is_open = derived.robot.symbols.iter().any(|s| s.generic);
-    derived.described_parameters().filter(|_| !is_open)
+fn nominal_values(derived: &Model) -> Option<Vec<f64>> {
+    let lacks_value = derived.robot.symbols.iter().any(|s| s.generic);
+    derived.nominal_parameters().filter(|_| !lacks_value)
 }
 
-/// A link with its joint, its frame in that of its antecedent, and its inertials where they are known.
+/// A link with its joint, its frame relative to the frame of its antecedent, and its inertials where they are known.
 fn link(robot: &Robot, link: &robot::Link) -> Value {
     let entry = |(name, text, number): (&str, String, f64)| {
         let number = if number.is_finite() { json!(number) } else { Value::Null };
@@ -226,12 +228,12 @@ fn link(robot: &Robot, link: &robot::Link) -> Value {
     })
 }
 
-/// A base parameter: its rule, what it means, and the standard parameters that it absorbs.
-fn base(derived: &Model, rules: &Rules, described: Option<&[f64]>, k: usize) -> Value {
+/// A base parameter: its rule, its meaning, and the standard parameters that it absorbs.
+fn base(derived: &Model, rules: &Rules, nominal: Option<&[f64]>, k: usize) -> Value {
     let (robot, parameters) = (&derived.robot, &derived.parameters);
     let b = &parameters.base[k];
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
-    // Nested rules have no coefficients in full.
+    // Nested rules have no written-out coefficients.
     let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
     let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
     json!({
@@ -239,14 +241,14 @@ fn base(derived: &Model, rules: &Rules, described: Option<&[f64]>, k: usize) -> 
         "parameter": name(b.column),
         "rule": rules.base[k],
         "meaning": parameters.meaning(robot, k),
-        "value": described.map(|x| x[k]),
+        "value": nominal.map(|x| x[k]),
         "unit": sheet::unit(robot, parameters.standard[b.column]),
         "share": b.share,
         "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
     })
 }
 
-/// A symbol of the geometry; one without a value is any number.
+/// A symbol of the geometry with its value, null where it has none.
 fn symbol(robot: &Robot, i: usize) -> Value {
     let value = match robot.symbols[i].generic {
         true => Value::Null,
@@ -255,11 +257,10 @@ fn symbol(robot: &Robot, i: usize) -> Value {
     json!({"name": robot.symbols[i].name, "value": value})
 }
 
-/// How sure the rank is.
+/// The rank and its evidence.
 fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
     let rank = &parameters.rank;
-    let weak =
-        |w: &Weak| json!({"parameter": parameters.standard[w.column].display(robot).to_string(), "share": w.share});
+    let weak = |w: &WeakParameter| json!({"parameter": parameters.standard[w.column].display(robot).to_string(), "share": w.share});
     json!({
         "weak": parameters.weak.iter().map(weak).collect::<Vec<_>>(),
         "left_out": rank.left_out,

@@ -1,4 +1,4 @@
-//! Classic mistakes in the inertial parameters of a description.
+//! Frequent mistakes in the inertial parameters of a description.
 
 use std::fmt;
 use std::path::Path;
@@ -8,18 +8,18 @@ use clearance::outside::outside;
 use robot::{Part, Robot};
 use serde_json::{Value, json};
 
-/// Share of its size by which a centre of mass is outside a hull before it is told: collision meshes leave out motors and
-/// cables.
-const OUTSIDE_SHARE: f64 = 0.1;
+/// Distance of a centre of mass from a hull, as a share of the hull's size, above which it is reported: collision meshes
+/// omit motors and cables.
+const REPORTED_DISTANCE_SHARE: f64 = 0.1;
 
-/// What was found in a description.
+/// The findings of a description.
 #[derive(Clone, Debug)]
 pub struct Lint {
-    /// The link and what is odd about it.
+    /// The link, and a sentence on the suspected mistake.
     pub findings: Vec<(String, String)>,
     /// Number of links.
     pub links: usize,
-    /// Of those, the number without parameters.
+    /// Number of links without inertial parameters.
     pub without_parameters: usize,
 }
 
@@ -32,8 +32,8 @@ pub fn lint(robot: &Robot) -> Lint {
     }
 }
 
-/// The same, and centres of mass outside of the meshes that stand where the description has them, `directory` being its
-/// folder. A mesh that cannot be read says nothing.
+/// Looks for the mistakes of [`lint`], and for centres of mass outside the collision meshes. `directory`: folder of the
+/// description, in which the meshes are searched. A mesh that cannot be read gives no finding.
 pub fn lint_with_meshes(robot: &Robot, directory: &Path) -> Lint {
     let mut found = lint(robot);
     let of_base = std::iter::once((None, &robot.base.parts));
@@ -44,7 +44,7 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path) -> Lint {
         let own = parts.iter().filter(|(link, part)| *link == body.link && part.name == body.name && part.mass > 0.0);
         for (_, part) in own {
             let Some((apart, across)) = outside(&body, part.pose.position) else { continue };
-            if apart > OUTSIDE_SHARE * across {
+            if apart > REPORTED_DISTANCE_SHARE * across {
                 let text = format!(
                     "its centre of mass lies {apart:.3} m outside the hull of its collision meshes, which are {across:.3} m \
                      across"
@@ -57,7 +57,7 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path) -> Lint {
 }
 
 impl Lint {
-    /// All of it as values.
+    /// All findings as JSON.
     pub fn to_json(&self) -> Value {
         let findings: Vec<_> = self.findings.iter().map(|(link, text)| json!({"link": link, "text": text})).collect();
         json!({"findings": findings, "links": self.links, "without_parameters": self.without_parameters})

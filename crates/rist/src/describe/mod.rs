@@ -1,4 +1,4 @@
-//! What a description says of a robot: the model with its base parameters, its functions at states and as source.
+//! Descriptions of robots: the model with its base parameters, its functions at states and as source.
 
 pub(crate) mod adapters;
 pub(crate) mod conversion;

@@ -1,4 +1,4 @@
-//! A robot as every step needs it: read, derived once, with a base regressor to evaluate.
+//! The model that every step uses: a robot that is read and derived once, with a base regressor to evaluate.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::tape::tape_regressor::TapeRegressor;
 use identification::estimate::artefact::Estimate;
 
-/// A robot and what follows from it.
+/// A robot with its base parameters and functions.
 pub struct Model {
     /// The file it was read from, as the user named it.
     pub path: PathBuf,
@@ -35,12 +35,12 @@ pub struct Model {
     pub base_regressor: Function,
     /// tau(q, dq, ddq, X) of the standard parameters.
     pub torque: Function,
-    /// Name and fingerprint, by which artefacts know it again.
+    /// Name and fingerprint, by which artefacts identify the model.
     pub reference: ModelReference,
-    /// How its file was read, for artefacts.
+    /// Options with which its file was read, for artefacts.
     pub description: Option<DescriptionOptions>,
-    /// Where the loops that are solved numerically were found closed: the value of each coordinate, then of each passive
-    /// one, rad or m, by name. All other configurations are followed from there. Empty without such loops.
+    /// A configuration in which the numerically solved loops are closed: the value of each coordinate, then of each passive
+    /// joint, rad or m, by name. All other configurations are followed from there. Empty without such loops.
     pub assembly: Vec<(String, f64)>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor + Send>,
@@ -49,19 +49,20 @@ pub struct Model {
 impl Model {
     /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics.
     ///
-    /// Fails with the place of what cannot be read, where a symbol has no value, and where the rank of the base
+    /// Fails with the place of an entry that cannot be read, where a symbol has no value, and where the rank of the base
     /// parameters is not clear-cut.
     pub fn read(path: impl AsRef<Path>) -> Result<Model, Error> {
         Model::read_with(path, &ModelOptions::default())
     }
 
-    /// The same with options.
+    /// Reads a description with options and derives its dynamics; fails as [`Model::read`] does.
     pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         Model::parse(&robot::format::text_of(path)?, path, options)
     }
 
-    /// The same of a text; the extension of `path` tells its format and stands in messages, and no file is opened.
+    /// Derives the dynamics of a description in memory; the extension of `path` gives its format. `path` stands in messages;
+    /// no file is opened.
     pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         let robot = parse_robot(text, path, options)?;
@@ -81,8 +82,8 @@ impl Model {
         }
     }
 
-    /// The same, but where the base parameters are refused, [`Model::parameters`] are the standard ones, each for itself:
-    /// for torques, poses and all that needs no base parameters.
+    /// Derives the dynamics like [`Model::of`], but does not fail at an unclear rank: [`Model::parameters`] are then the standard
+    /// parameters, ungrouped. This is enough for torques, poses and other functions without base parameters.
     pub fn at_any_rank(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
@@ -113,7 +114,7 @@ impl Model {
         })
     }
 
-    /// The model of the robot after a change that its description does not have, and that its options say from now on.
+    /// The model after a change `robot` of the robot; `options` records the change in the options of the description.
     ///
     /// Fails where the rank of the base parameters is not clear-cut.
     pub(crate) fn changed(
@@ -127,20 +128,20 @@ impl Model {
         Ok(Model { description: Some(description), ..Model::of(changed, &self.path, true)? })
     }
 
-    /// The base regressor: compiled in where this robot is, a tape otherwise.
+    /// The base regressor: compiled code where this robot is built in, a tape otherwise.
     pub fn regressor(&self) -> &dyn Regressor {
         self.regressor.as_ref()
     }
 
     /// Opens a log of the robot, and says which column was taken for which signal.
     ///
-    /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
+    /// Fails where it cannot be read, where a column is missing, and where a column of a sliding joint is in units of angles.
     pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
         Ok((log, self.with_sliding(columns, &path.display().to_string())?))
     }
 
-    /// A log of the robot out of a table in memory, as [`Model::open_log`] of a file.
+    /// A log of the robot from a table in memory; fails as [`Model::open_log`] does.
     pub fn log_of_table(&self, table: Table, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         let file = table.file.clone();
         let (log, columns) = LogSource::from_table(table, self.regressor().coordinates(), names)?;
@@ -162,7 +163,7 @@ impl Model {
         linear_model::compiled::is_compiled(self.base_regressor.fingerprint())
     }
 
-    /// How the base parameters follow from the standard ones, in numbers.
+    /// The matrix K of X_base = K X_standard, in numbers.
     pub fn standard_map(&self) -> StandardMap {
         let (base, standard) = (&self.parameters.base, &self.parameters.standard);
         let terms: Vec<(usize, usize, f64)> = base
@@ -181,24 +182,25 @@ impl Model {
         )
     }
 
-    /// The bodies that the description gives, in the order of the map.
+    /// Inertial parameters of the bodies by the description, in the order of [`Model::standard_map`].
     pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
         self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
     }
 
-    /// The link behind each body of the map.
+    /// The link of each body, in the order of [`Model::standard_map`].
     pub fn body_links(&self) -> Vec<LinkId> {
         self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
     }
 
     /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
     /// no link has any.
-    pub fn described_parameters(&self) -> Option<Vec<f64>> {
-        Some(self.parameters.values(&self.described_standard_parameters()?))
+    pub fn nominal_parameters(&self) -> Option<Vec<f64>> {
+        Some(self.parameters.values(&self.nominal_standard_parameters()?))
     }
 
-    /// Standard parameters from the inertials of the description, in their order; as [`Model::described_parameters`].
-    pub fn described_standard_parameters(&self) -> Option<Vec<f64>> {
+    /// Standard parameters from the inertials of the description, a link without them counting as massless; `None` where
+    /// no link has any.
+    pub fn nominal_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
             return None;
         }
@@ -214,7 +216,7 @@ impl Model {
 
     /// The index of a coordinate by its name.
     ///
-    /// Fails with the names there are.
+    /// Fails with the list of names where the name is unknown.
     pub fn coordinate(&self, name: &str) -> Result<usize, Error> {
         let names = self.regressor.coordinates();
         names
@@ -223,9 +225,9 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// Puts the given gains, by coordinate, over those of all drives.
+    /// Writes the given gains, by name of the coordinate, into the gains of all drives.
     ///
-    /// Fails with the names there are.
+    /// Fails with the list of names where a coordinate is unknown.
     pub fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
         given.iter().try_for_each(|(name, gain)| {
             let of = self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))?;
@@ -269,7 +271,8 @@ impl Model {
         self.check_read(file, made_with, &[])
     }
 
-    /// The same where it is known how the options of its description differ from those here.
+    /// Refuses an artefact that was made with another robot or geometry. `differences`: sentences on how the options of its
+    /// description differ from the model's options.
     pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {

@@ -1,6 +1,6 @@
-//! A robot's functions as source for a project of the user's own.
+//! Functions of a robot as source code for a project of the user.
 
-use expr::Value;
+use expr::ConstantValue;
 use modeling::RobotFunction;
 use robot::Robot;
 
@@ -13,9 +13,9 @@ pub use crate::request::function_names;
 /// The language of generated source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// One file: no_std, generic over f64, f32 and numbers of your own.
+    /// One file: no_std, generic over f64, f32 and number types of the user.
     Rust,
-    /// C99: a header of this name and a source file that need math.h.
+    /// C99: a header of this name and a source file; both need math.h.
     C {
         /// Name of the header, as the source includes it.
         header: String,
@@ -23,54 +23,55 @@ pub enum Language {
 }
 
 /// Generated source.
-pub struct Source {
-    /// The file; of C the one with the functions.
+pub struct GeneratedSource {
+    /// The file; for C the source file with the functions.
     pub text: String,
-    /// The header, of C.
+    /// The header, only for C.
     pub header: Option<String>,
-    /// Name of each function, with its multiplications, additions, and sines with cosines a call.
+    /// Name of each function, with the multiplications, additions, and sines and cosines of one call.
     pub counts: Vec<(String, expr::Count)>,
 }
 
-/// The numbers of an estimate for a file of source.
+/// The numbers of an estimate that are written into the source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedValues {
-    /// X, in the order of the base regressor's columns. Of a parameter that the data leave open, the value that
-    /// predictions use.
+    /// X, in the order of the base regressor's columns. A parameter that is not identifiable has the value that predictions
+    /// use.
     pub base: Vec<f64>,
     /// FV FS OFF of each coordinate, N m s/rad, N m, N m (N s/m, N, N); zero where the estimate has none.
     pub friction: Vec<f64>,
-    /// Parameters that neither holds: other laws of friction, couplings, gains.
+    /// Parameters that are neither in `base` nor in `friction`: other laws of friction, couplings, gains.
     pub left_out: Vec<String>,
-    /// The logs it was made from.
+    /// The logs that the estimate was made from.
     pub logs: Vec<String>,
 }
 
 impl IdentifiedValues {
-    /// Puts them into a file.
+    /// Writes the numbers as the constants X and F of a module.
     fn write(&self, module: &mut expr::Module) {
         let from = if self.logs.is_empty() { "experiments".to_string() } else { self.logs.join(", ") };
         let x = format!("X: the base parameters as identified from {from}, SI units.");
-        module.constant("X", &x, Value::Reals(self.base.clone()));
+        module.constant("X", &x, ConstantValue::Reals(self.base.clone()));
         let mut f = "FV FS OFF of each coordinate as identified: f of `friction`.".to_string();
         if !self.left_out.is_empty() {
             f += &format!(" Not held here: {}.", self.left_out.join(", "));
         }
-        module.constant("F", &f, Value::Reals(self.friction.clone()));
+        module.constant("F", &f, ConstantValue::Reals(self.friction.clone()));
     }
 }
 
-/// The word for gravity compensation, feedforward and computed torque.
+/// Name that stands for gravity compensation, feedforward and computed torque.
 pub(crate) const CONTROLLER: &str = "controller";
+/// Functions that the code of a controller calls.
 const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 
-/// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
-/// `values`: numbers that stand in it as the constants X and F; `symbols`: lengths, angles and components of gravity that are
-/// an argument, `all` for all of them.
+/// The base regressor and `functions` of a robot as source. `made_by`: the command that the head of the file names.
+/// `values`: numbers that become the constants X and F. `symbols`: lengths, angles and components of gravity that become an
+/// argument, `all` for all of them.
 ///
-/// Fails where a symbol that is to be a number has no value, where a name is no function's, where the rank is not clear-cut although the base
-/// regressor is asked for, by name or by asking for no function, and on robots whose derivation takes long or much
-/// memory, unless `any_size` asks for it.
+/// Fails where a symbol that has to be a number has no value, where a function is unknown, and on robots whose derivation
+/// takes long or much memory, unless `any_size` is set. Where the base regressor is asked for, by its name or because
+/// `functions` is empty, it fails where the rank is not clear-cut.
 pub fn generate(
     robot: &Robot,
     functions: &[String],
@@ -79,10 +80,10 @@ pub fn generate(
     values: Option<&IdentifiedValues>,
     symbols: &[String],
     any_size: bool,
-) -> Result<Source, Error> {
+) -> Result<GeneratedSource, Error> {
     check_size(robot, any_size)?;
     let (controllers, functions): (Vec<&String>, Vec<&String>) = functions.iter().partition(|name| *name == CONTROLLER);
-    // What a controller calls.
+    // The code of a controller calls these functions.
     let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
     let names = functions.into_iter().map(String::as_str).chain(called.copied());
     let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
@@ -97,10 +98,10 @@ pub fn generate(
     let count = |f: &expr::Documented| (f.function.name.clone(), f.function.bound().count());
     let counts = module.functions.iter().map(count).collect();
     Ok(match language {
-        Language::Rust => Source { text: codegen::rust_file(&module, made_by), header: None, counts },
+        Language::Rust => GeneratedSource { text: codegen::rust_file(&module, made_by), header: None, counts },
         Language::C { header } => {
             let files = codegen::c_files(&module, made_by, header);
-            Source { text: files.source, header: Some(files.header), counts }
+            GeneratedSource { text: files.source, header: Some(files.header), counts }
         }
     })
 }

@@ -1,10 +1,10 @@
-//! The regressor or the torque at the states of a CSV file, as CSV, so that any tool can check us.
+//! The regressor or the torque at the states of a CSV file, as CSV, so that other tools can check the results.
 //!
 //! ```text
 //! q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2   ->   Y_q1_ZZR1,..   or   tau_q1,tau_q2
 //! ```
-//! SI; a row is a state, and absent columns dq and ddq count as zero. Of the torque, columns x_MX2 stand for the values of
-//! the description.
+//! SI units; a row is a state, and absent columns dq and ddq count as zero. For the torque, a column x_MX2 replaces the
+//! description's value of MX2.
 
 use std::path::Path;
 
@@ -17,13 +17,13 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::StateQuantity;
 
-/// What is asked for at each state of the file, as CSV with a header.
+/// The quantity at each state of the file, as CSV with a header.
 ///
-/// Fails with the line and column of what is no number, and where a column is missing.
+/// Fails with the line and column of a cell that is no finite number, and where a column is missing.
 pub fn evaluate(model: &mut Model, states: &Path, quantity: StateQuantity) -> Result<String, Error> {
     let closure = model.take_closure();
     let (robot, parameters) = (&model.robot, &model.parameters);
-    let states = States::read(states, robot, quantity, closure)?;
+    let states = StateTable::read(states, robot, quantity, closure)?;
     let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(robot).to_string());
     let (function, columns): (&Function, Vec<String>) = match quantity {
         StateQuantity::Regressor => (&model.standard_regressor, regressor_columns(robot, standard().collect())),
@@ -52,28 +52,28 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
 
-/// Largest file of states. It is held with the functions' values at all of them.
+/// Largest file of states, bytes: the states and the outputs at all of them are held in memory.
 const MAX_STATES_BYTES: u64 = 1 << 28;
 
 /// Inputs of the function, row after row.
-struct States {
+struct StateTable {
     inputs: Vec<f64>,
     n_rows: usize,
 }
 
 /// The source of an input: a column of the file, or one number for every row.
-enum Origin {
+enum InputOrigin {
     Column(usize),
     Number(f64),
 }
 
-impl States {
+impl StateTable {
     fn read(
         path: &Path,
         robot: &Robot,
         quantity: StateQuantity,
         mut closure: Option<Closure>,
-    ) -> Result<States, Error> {
+    ) -> Result<StateTable, Error> {
         let file = path.display();
         let failed = |e: csv::Error| Error::new(format_args!("{file}: {e}"));
         let text = source::read(path, MAX_STATES_BYTES).map_err(|e| Error::new(format_args!("{file}: {e}")))?;
@@ -86,15 +86,15 @@ impl States {
                 origins.push(parameter_origin(robot, parameter, &header, path)?);
             }
         }
-        let mut states = States { inputs: Vec::new(), n_rows: 0 };
+        let mut states = StateTable { inputs: Vec::new(), n_rows: 0 };
         for record in reader.records() {
             let record = record.map_err(failed)?;
             let line = record.position().map_or(0, csv::Position::line);
             let mut row: Vec<f64> = Vec::with_capacity(origins.len());
             for origin in &origins {
                 row.push(match origin {
-                    Origin::Number(x) => *x,
-                    Origin::Column(c) => match record[*c].parse::<f64>() {
+                    InputOrigin::Number(x) => *x,
+                    InputOrigin::Column(c) => match record[*c].parse::<f64>() {
                         Ok(x) if x.is_finite() => x,
                         _ => {
                             return Err(Error::new(format_args!(
@@ -122,22 +122,22 @@ impl States {
     }
 }
 
-/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
-fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<Origin>, Error> {
+/// Origins of q, dq and ddq; velocities and accelerations without a column are zero.
+fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<InputOrigin>, Error> {
     let mut origins = Vec::new();
     for quantity in ["q", "dq", "ddq"] {
         for coordinate in &robot.coordinates {
             let name = format!("{quantity}_{}", coordinate.name);
-            // `q1` for coordinate q1, beside `q_q1`.
+            // The column of coordinate q1 is `q_q1` or, shorter, `q1`.
             let short = coordinate.name.strip_prefix('q').map(|rest| format!("{quantity}{rest}"));
             let matches = |h: &String| *h == name || Some(h) == short.as_ref();
             match header.iter().position(matches) {
-                Some(column) => origins.push(Origin::Column(column)),
+                Some(column) => origins.push(InputOrigin::Column(column)),
                 None if quantity == "q" => {
                     let (file, found) = (path.display(), header.join(", "));
                     return Err(Error::new(format_args!("{file}:1: no column `{name}`; found: {found}")));
                 }
-                None => origins.push(Origin::Number(0.0)),
+                None => origins.push(InputOrigin::Number(0.0)),
             }
         }
     }
@@ -150,10 +150,10 @@ fn parameter_origin(
     parameter: StandardParameter,
     header: &[String],
     path: &Path,
-) -> Result<Origin, Error> {
+) -> Result<InputOrigin, Error> {
     let name = parameter.display(robot).to_string();
     if let Some(column) = header.iter().position(|h| *h == format!("x_{name}")) {
-        return Ok(Origin::Column(column));
+        return Ok(InputOrigin::Column(column));
     }
     let link = robot.link(parameter.link);
     let value = match parameter.inertial {
@@ -163,7 +163,7 @@ fn parameter_origin(
         },
         inertial => link.inertial.map(|x| x[inertial as usize]),
     };
-    value.map(Origin::Number).ok_or_else(|| {
+    value.map(InputOrigin::Number).ok_or_else(|| {
         Error::new(format_args!(
             "the description does not give the parameters of link `{}`: add a column `x_{name}` to {}, or standard \
              parameters to the description",

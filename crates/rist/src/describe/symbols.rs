@@ -4,8 +4,8 @@ use robot::Robot;
 
 use crate::error::Error;
 
-/// Refuses symbols that are not there, and numbers that the file does not give. `asked`: the names asked for, `kept`: the
-/// constants that stay symbols, `constants`: all, each with all its names in the file.
+/// Refuses symbols that do not exist, and constants without a value in the file. `asked`: the symbols that were asked for;
+/// `kept`: the constants that stay symbols; `constants`: all constants, each with all its names in the file.
 pub fn check_symbols(
     robot: &Robot,
     asked: &[String],
@@ -24,10 +24,10 @@ pub fn check_symbols(
             "[symbols={unknown}]: the functions have no such length, angle or gravity; theirs are {there}"
         )));
     }
-    let is_open = |name: &String| robot.symbols.iter().any(|s| s.generic && s.name == *name);
-    match constants.iter().find(|(name, _)| is_open(name) && !kept.contains(name)) {
+    let lacks_value = |name: &String| robot.symbols.iter().any(|s| s.generic && s.name == *name);
+    match constants.iter().find(|(name, _)| lacks_value(name) && !kept.contains(name)) {
         Some((name, _)) => Err(Error::new(format_args!(
-            "{name} has no value in the file: leave it a symbol ([symbols={name}]), or give it one ([value={name}=0.45])"
+            "{name} has no value in the file: keep it as a symbol ([symbols={name}]), or give it one ([value={name}=0.45])"
         ))),
         None => Ok(()),
     }

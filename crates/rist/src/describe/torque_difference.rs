@@ -3,21 +3,24 @@
 //! ```text
 //! max over states of  |tau_a - tau_b|_inf / |tau_a|_inf
 //! ```
-//! at a few random states, each with the inertial parameters of its own description. A body that neither describes is
-//! one kilogram in the frame of its file. The difference shows what a reader rounds and what a writer drops.
+//! at a few random states; tau_a and tau_b have the inertial parameters of their own descriptions. A body without inertials
+//! has one kilogram in the frame of its file. The difference shows values that a reader rounds or a writer drops.
 
 use expr::Tape;
 use modeling::{Closure, Derivation};
 use robot::{Inertial, Robot, StandardParameter, transform_inertial};
 
-/// States that are looked at: a difference that none of them shows is one of a set of measure zero.
+/// Number of states: a difference that none of them shows lies in a set of measure zero.
 const N_STATES: usize = 5;
 
-/// A body of one kilogram about the frame of its file: XX XY XZ YY YZ ZZ MX MY MZ M.
+/// Rotor inertia where a description gives none, kg m^2.
+const DEFAULT_ROTOR_INERTIA: f64 = 0.1;
+
+/// A body of one kilogram in the frame of its file: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg).
 const UNIT_BODY: [f64; 10] = [0.06, 0.01, -0.01, 0.05, 0.01, 0.07, 0.1, -0.05, 0.08, 1.0];
 
-/// The difference relative to the torques of `a`; `None` where the robots do not have the same coordinates, where a
-/// loop stays open, and where a symbol has no value.
+/// The largest difference relative to the torques of `a`; `None` where the numbers of coordinates differ, where a loop does
+/// not close, and where a symbol has no value.
 pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
     let n = a.n_coordinates();
     if n == 0 || n != b.n_coordinates() || a.symbols.iter().chain(&b.symbols).any(|s| s.generic) {
@@ -33,14 +36,14 @@ pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
         let mut moved = vec![[0.0; 3]; n];
         order.iter().zip(&state).for_each(|(&k, x)| moved[k] = *x);
         let (tau_a, tau_b) = (of_a.at(&state)?, of_b.at(&moved)?);
-        let size = tau_a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let norm = tau_a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let off = order.iter().zip(&tau_a).fold(0.0_f64, |m, (&k, x)| m.max((x - tau_b[k]).abs()));
-        largest = largest.max(if size > 0.0 { off / size } else { off });
+        largest = largest.max(if norm > 0.0 { off / norm } else { off });
     }
     largest.is_finite().then_some(largest)
 }
 
-/// q, dq or ddq of a coordinate at a state: numbers without a pattern, between -1 and 1.
+/// q, dq or ddq (`order` 0, 1, 2) of a coordinate at a state: quasi-random numbers between -1 and 1.
 fn motion(state: usize, coordinate: usize, order: usize) -> f64 {
     let x = (1 + state) as f64 * 0.754_877_666 + (1 + coordinate) as f64 * 0.569_840_291 + order as f64 * 0.337_521_5;
     2.0 * (x - x.floor()) - 1.0
@@ -60,7 +63,7 @@ impl Torque {
             let link = robot.link(p.link);
             let body = || link.inertial.unwrap_or_else(|| transform_inertial(&UNIT_BODY, &link.file_frame));
             match p.inertial {
-                Inertial::Ia => p.value(robot).unwrap_or(0.1),
+                Inertial::Ia => p.value(robot).unwrap_or(DEFAULT_ROTOR_INERTIA),
                 inertial => body()[inertial as usize],
             }
         };

@@ -9,33 +9,33 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 
-/// Rows that are looked at: what a column is shows in some seconds.
-const LOOKED_AT_ROWS: usize = 20_000;
+/// Number of rows that are read: some seconds are enough to recognise a signal.
+const READ_ROWS: usize = 20_000;
 
-/// What the columns of a log seem to be.
+/// Proposed signals of the columns of a log.
 pub struct ColumnProposal {
-    /// The lines, and what could not be told.
+    /// The proposed lines, and the signals without a column.
     pub proposal: Proposal,
     /// The headers of the log.
     pub header: Vec<String>,
 }
 
-/// Looks at the first rows of a log for the signals of a robot's coordinates; nothing is derived.
+/// Searches the first rows of a log for the signals of a robot's coordinates; nothing is derived.
 ///
 /// Fails where the log cannot be read.
 pub fn propose_columns(robot: &Robot, path: &Path) -> Result<ColumnProposal, Error> {
-    let table = Table::glance(path, LOOKED_AT_ROWS)?;
+    let table = Table::glance(path, READ_ROWS)?;
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     Ok(ColumnProposal { proposal: propose(&table, &coordinates), header: table.header })
 }
 
 impl ColumnProposal {
-    /// Whether a log is read with it.
+    /// Whether the log can be read with the proposal.
     pub fn is_whole(&self) -> bool {
         self.proposal.mapping.is_some()
     }
 
-    /// All of it as values.
+    /// The proposal as JSON.
     pub fn to_json(&self) -> Value {
         let lines = |lines: &[Proposed]| -> Vec<Value> {
             lines
@@ -65,7 +65,7 @@ impl fmt::Display for ColumnProposal {
                 );
             }
             (false, Some(_)) => writeln!(f, "# for the file of options; look through the reasons")?,
-            _ => writeln!(f, "# not all is told; write what is missing")?,
+            _ => writeln!(f, "# incomplete: write what is missing")?,
         }
         write!(f, "{}", self.proposal)?;
         for what in missing {

@@ -13,7 +13,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use identification::estimate::artefact::Estimate;
 
-/// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.
+/// Puts the known gains into the options, and estimates the missing gains; `None` where all are known.
 pub(crate) fn drive_gains(
     model: &Model,
     logs: &[LogSource],
@@ -38,7 +38,7 @@ pub(crate) fn drive_gains(
         options.transmission.drive_gains = all;
         return Ok(None);
     }
-    // Without any known gain the scale of all torques is free.
+    // Without any known gain the scale of all torques is undetermined.
     if known.iter().all(|g| *g == Gain::Free) {
         if effort == Effort::PositionError {
             options.transmission.drive_gains = Some(vec![1.0; coordinates.len()]);
@@ -50,16 +50,16 @@ pub(crate) fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
-    // An estimate that does not tell a gain from zero is refused, for all parameters scale with it.
+    // A gain that is not significant is refused, because all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    // An estimated gain is positive, unless one below zero is expected.
+    // An estimated gain has to be positive, unless a negative one is expected.
     let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
-    let is_open = |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= sign(*k) * found.gain[*k];
-    let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
+    let is_insignificant =
+        |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= sign(*k) * found.gain[*k];
+    let open: Vec<String> = (0..coordinates.len()).filter(is_insignificant).map(|k| coordinates[k].clone()).collect();
     if !open.is_empty() {
         return Err(Error::verdict(format_args!(
-            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
-             them with its deviation, as [gain={}=11+-2]",
+            "the logs do not identify the drive gains of {} (zero is within two sigma): give them, or their expected value with its sigma, as [gain={}=11+-2]",
             open.join(", "),
             open[0]
         )));
@@ -71,9 +71,9 @@ pub(crate) fn drive_gains(
     Ok(Some(found))
 }
 
-/// Whether no gain of position servos is known, so that their torques are in the servos' own scale.
+/// Whether no gain of position servos is known, so that their torques are unscaled position errors.
 ///
-/// Fails where a gain is of no coordinate.
+/// Fails where a gain names an unknown coordinate.
 pub(crate) fn is_own_scale(
     model: &Model,
     logs: &[LogSource],
@@ -85,11 +85,11 @@ pub(crate) fn is_own_scale(
     Ok(are_errors && options.transmission.drive_gains.is_none() && is_free(known_gains(model, given)?))
 }
 
-/// What all that is said of such torques is up to.
+/// The remark on all results with unscaled torques.
 pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
      which counts as 1 N m/rad (1 N/m where it slides)";
 
-/// What the efforts of all logs are.
+/// The kind of the effort signals of all logs.
 ///
 /// Fails where some hold currents and others position errors: one gain of a joint cannot make torques of both.
 fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
@@ -107,7 +107,7 @@ fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
     }
 }
 
-/// The gains of the request over those of the description, one per coordinate.
+/// Gains of the request, or else gains of the description, one per coordinate.
 fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
     let described = model.drive_gains();
     let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
@@ -121,7 +121,7 @@ fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
     model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
 }
 
-/// A sentence on the gains that an estimate stands on.
+/// A sentence on the gains that an estimate is based on.
 pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, Gain)], found: &DriveGains) -> String {
     let known = known_gains(model, given).unwrap_or_default();
     let mut text = match logs.iter().map(LogSource::effort_is).find(|effort| effort.needs_gains()) {
@@ -141,9 +141,9 @@ pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, G
     text + "; all results rest on those that were given"
 }
 
-/// Includes the uncertainty of the gains in deviations and covariance, because the parameters follow from the gains.
-pub(crate) fn widen(estimate: &mut Estimate, gains: &DriveGains) {
-    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its own deviations.
+/// Includes the uncertainty of the gains in standard deviations and covariance, because the parameters depend on the gains.
+pub(crate) fn inflate_sigma(estimate: &mut Estimate, gains: &DriveGains) {
+    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its standard deviations.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

@@ -6,10 +6,10 @@ use identification::spectrum::rist_mh::effects::Effect;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::request::{Delay, HarmonicRequest, Request, Whose};
+use crate::request::{Delay, HarmonicRequest, JointSelector, Request};
 
-/// Largest number of periods a turn that is accepted as ripple: a hundred times that of a motor with a hundred poles.
-const MOST_PERIODS: f64 = 1e4;
+/// Largest number of ripple periods per turn: a motor of a hundred poles behind a gear of ratio one hundred.
+const LARGEST_PERIODS_PER_TURN: f64 = 1e4;
 
 impl HarmonicRequest {
     /// The options of the estimate.
@@ -18,6 +18,7 @@ impl HarmonicRequest {
     pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
         let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
         self.check()?;
+        // The band of the motion covers at least twice the band of the equations.
         if let Some(hz) = self.cutoff {
             options.band.equations = hz;
             options.band.motion = options.band.motion.max(2.0 * hz);
@@ -30,19 +31,21 @@ impl HarmonicRequest {
         Ok(options)
     }
 
-    /// Ripple, springs, eccentric encoders and backlash, each once.
+    /// Ripple, springs, eccentric encoders, elasticity and backlash, each effect once.
     fn joint_effects(&self, model: &Model) -> Result<Vec<Effect>, Error> {
         let n = model.regressor().coordinates().len();
-        let joints = |whose: &Whose| match whose {
-            Whose::All => Ok(0..n),
-            Whose::Coordinate(name) => model.coordinate(name).map(|k| k..k + 1),
+        let joints = |whose: &JointSelector| match whose {
+            JointSelector::All => Ok(0..n),
+            JointSelector::Coordinate(name) => model.coordinate(name).map(|k| k..k + 1),
         };
-        let of = |what: &str, whose: &Whose| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
+        let of =
+            |what: &str, whose: &JointSelector| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
+        // Ripple also needs its number of periods per turn, the other effects need only their joints.
         let mut found = Vec::new();
         for (whose, periods) in &self.ripple {
-            if !(*periods > 0.0 && *periods <= MOST_PERIODS) {
+            if !(*periods > 0.0 && *periods <= LARGEST_PERIODS_PER_TURN) {
                 return Err(Error::new(format_args!(
-                    "[ripple] of {periods} periods a turn: a number above 0 and up to {MOST_PERIODS} is expected"
+                    "[ripple] of {periods} periods a turn: a number above 0 and up to {LARGEST_PERIODS_PER_TURN} is expected"
                 )));
             }
             found.extend(of("ripple", whose)?.map(|joint| Effect::Ripple { joint, periods: *periods }));
@@ -59,6 +62,7 @@ impl HarmonicRequest {
         for whose in &self.backlash {
             found.extend(of("backlash", whose)?.map(|joint| Effect::Play { joint }));
         }
+        // "all" and a single coordinate may name the same effect twice.
         let is_new = |i: &usize| !found[..*i].contains(&found[*i]);
         Ok((0..found.len()).filter(is_new).map(|i| found[i]).collect())
     }
@@ -72,16 +76,16 @@ mod tests {
         Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar2r_vertical.yaml")).unwrap()
     }
 
-    fn named(name: &str) -> Whose {
-        Whose::Coordinate(name.into())
+    fn named(name: &str) -> JointSelector {
+        JointSelector::Coordinate(name.into())
     }
 
     #[test]
     fn effects_are_of_coordinates_and_asked_for_once() {
         let request = HarmonicRequest {
             delay: Some(Delay::Auto),
-            ripple: vec![(Whose::All, 6.0), (named("q2"), 12.0)],
-            elastic: vec![named("q2"), Whose::All],
+            ripple: vec![(JointSelector::All, 6.0), (named("q2"), 12.0)],
+            elastic: vec![named("q2"), JointSelector::All],
             ..HarmonicRequest::default()
         };
         let options = request.options(&planar()).unwrap();
@@ -90,7 +94,7 @@ mod tests {
         let expected =
             [ripple(0, 6.0), ripple(1, 6.0), ripple(1, 12.0), elastic(1), elastic(0), Effect::Delay].to_vec();
         assert_eq!(options.effects, expected);
-        // Springs end the equations at 10 Hz, unless it is said where they end.
+        // Springs limit the equations to 10 Hz, unless a cut-off frequency is given.
         assert_eq!(options.band.equations, 10.0);
         let cut = HarmonicRequest { cutoff: Some(25.0), ..request }.options(&planar()).unwrap();
         assert_eq!((cut.band.equations, cut.band.motion), (25.0, 50.0));
@@ -104,7 +108,7 @@ mod tests {
         let unknown = message(HarmonicRequest { backlash: vec![named("q9")], ..plain() });
         assert_eq!(unknown, "[backlash]: there is no coordinate `q9`; there are q1, q2");
         for periods in [0.0, -3.0, f64::NAN, f64::INFINITY] {
-            let said = message(HarmonicRequest { ripple: vec![(Whose::All, periods)], ..plain() });
+            let said = message(HarmonicRequest { ripple: vec![(JointSelector::All, periods)], ..plain() });
             assert!(said.contains("above 0 and up to 10000 is expected"), "{said}");
         }
         for seconds in [1.0, f64::NAN] {

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
-use identification::estimate::torque_error::{TorqueError, Unsure, torque_errors};
+use identification::estimate::torque_error::{ErrorContributions, TorqueError, torque_errors};
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::identify::{SpectralFit, identify_spectrum};
 use linear_model::linear_model::Model as LinearModel;
@@ -19,20 +19,20 @@ pub use identification::spectrum::rist_mh::data::HarmonicOptions;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::motion_range::{allowed, seen_in_plan};
-use crate::request::{ClosedLoopRequest, HarmonicRequest, Method, PaperRequest, Request, Words};
+use crate::request::{ClosedLoopRequest, HarmonicRequest, Method, PaperRequest, Request, WordChoice};
 use identification::estimate::artefact::Estimate;
 
 /// The logs of a plan that was run.
 #[derive(Clone, Copy)]
 pub struct ExperimentLogs<'a> {
-    /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
+    /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of experiments repeated with a load.
     pub directory: &'a Path,
     /// The plan that was run.
     pub plan: &'a ExperimentPlan,
 }
 
 impl ExperimentLogs<'_> {
-    /// The names of all logs that may be read, whether they are there or not.
+    /// The names of all logs that may be read, whether they exist or not.
     pub fn files(&self) -> Vec<PathBuf> {
         let names = self.plan.experiments.iter().flat_map(|e| [plain(&e.name), loaded(&e.name)]);
         names.map(|name| self.directory.join(name)).collect()
@@ -44,21 +44,21 @@ fn plain(experiment: &str) -> String {
     format!("{experiment}.csv")
 }
 
-/// The name of its log with a load.
+/// The name of the log of an experiment with a load.
 fn loaded(experiment: &str) -> String {
     format!("{experiment}_loaded.csv")
 }
 
-/// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan, by all
-/// harmonics and with friction.
+/// Identifies the base parameters, and the unknown drive gains, from the experiments of a plan, by all harmonics and with
+/// friction.
 ///
-/// Fails where a log is missing or is not that of its experiment, and where nothing tells the scale of currents.
+/// Fails where a log is missing or does not belong to its experiment, and where the scale of currents is not identifiable.
 pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &HarmonicRequest) -> Result<Estimate, Error> {
     let options = request.options(model)?;
     identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
 }
 
-/// The same by the paper's rows, which have no friction.
+/// Identifies the parameters from the experiments of a plan by the paper's rows, which have no friction.
 ///
 /// Fails as [`identify_experiments`] does.
 pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -66,7 +66,7 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
 }
 
-/// The same by the paper's rows, with the gains of drives by total least squares, as the paper has them.
+/// Identifies the parameters by the paper's rows, and the drive gains by the paper's total least squares.
 ///
 /// Fails as [`identify_experiments`] does, and where all gains are known.
 pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -79,15 +79,16 @@ pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method)
 
 static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
 
-/// Sets what simulates, or what is said where nothing does; only the first call counts.
+/// Sets the method that simulates, or the error text where none was built in; only the first call counts.
 pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
     IN_LOOP.get_or_init(|| identify);
 }
 
-/// The same by IDIM-IV or DIDIM, which simulate the experiments in closed loop; another package registers them.
+/// Identifies the parameters by IDIM-IV or DIDIM, which simulate the experiments in closed loop; another package registers
+/// them.
 ///
-/// Fails as [`identify_experiments`] does, where a gain of currents is not known, where a simulation breaks down, where the motion
-/// leaves parameters open, and where no package has registered the method.
+/// Fails as [`identify_experiments`] does, where a gain of currents is not known, where a simulation breaks down, where a
+/// parameter is not identifiable, and where no package has registered the method.
 pub fn identify_experiments_in_loop(
     model: &Model,
     logs: ExperimentLogs,
@@ -108,13 +109,13 @@ fn identify_by(
     let columns = request.columns()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
     // The logs of the plan, in its order.
-    let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
+    let mut read = ExperimentReader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
     }
     let mut remark = None;
-    // Logs of the same experiments with a known load, as many as there are.
+    // Logs of the same experiments with a known load, where they exist.
     if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
@@ -155,13 +156,13 @@ pub fn identify_records(
         identify_spectrum(&model.reference, model.regressor(), experiments, method, gains, options)?;
     estimate.torque_errors = errors_of_bodies(model, &estimate, &covariance, experiments);
     if !estimate.torque_errors.is_empty() {
-        estimate.remarks.push("how unsure torques are is said of those of the bodies, without friction".into());
+        estimate.remarks.push("the torque uncertainty is of the bodies alone, without friction".into());
     }
     Ok(estimate)
 }
 
-/// How unsure the torques of the bodies are, by use; friction is a nuisance of the experiments and not in it. Nothing where a
-/// parameter is open.
+/// Uncertainty of the torques of the bodies, by use; friction is a nuisance of the experiments and not included. Empty where
+/// a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
     estimate: &Estimate,
@@ -172,12 +173,12 @@ fn errors_of_bodies(
     let base = estimate.parameters.iter().take(linear.p());
     let Some(x) = base.map(|p| p.value).collect::<Option<Vec<f64>>>() else { return Vec::new() };
     let seen = seen_in_plan(experiments.iter().map(|e| &e.trajectory));
-    let unsure = Unsure { covariance, open: &[], changes: &[], logs: &[] };
+    let unsure = ErrorContributions { covariance, open: &[], changes: &[], logs: &[] };
     torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
 }
 
-/// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise
-/// makes the periods scatter by less than a hundredth. A drive that saturates makes the scatter one.
+/// Scatter of a position between periods, relative to its range, above which the motion counts as not periodic. In periodic
+/// logs, noise causes a scatter below 0.01. A saturated drive causes a scatter of 1.
 const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
 /// A sentence on an experiment whose motion does not repeat.
@@ -193,11 +194,11 @@ fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<
     })
 }
 
-/// Reads the logs of experiments, and keeps count of them.
-pub struct Reader<'a> {
+/// Reads the logs of experiments, and records their names and whether they hold currents.
+pub struct ExperimentReader<'a> {
     /// The robot.
     pub model: &'a Model,
-    /// What its columns are called.
+    /// The names of the columns.
     pub columns: &'a ColumnNames,
     /// Whether a log held currents.
     pub currents: bool,
@@ -205,8 +206,8 @@ pub struct Reader<'a> {
     pub files: Vec<String>,
 }
 
-impl Reader<'_> {
-    /// The experiment behind a log, which must be long enough.
+impl ExperimentReader<'_> {
+    /// The experiment that a log was recorded from. Fails where the log is too short.
     fn experiment(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<SpectralExperiment, Error> {
         let record = self.record(path, trajectory)?;
         let found = record.q.first().map_or(0, Vec::len);
@@ -217,7 +218,7 @@ impl Reader<'_> {
         })
     }
 
-    /// What was recorded of an experiment, whose clock must be the plan's.
+    /// The record of an experiment. Fails where its sample time differs from the plan.
     pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         if log.effort_is == Effort::PositionError {
@@ -230,7 +231,7 @@ impl Reader<'_> {
         self.currents |= log.effort_is == Effort::Current;
         self.files.push(path.display().to_string());
         let record = Record::from_log(&log)?;
-        if (record.sample_time / trajectory.sample_time - 1.0).abs() > SAME_CLOCK {
+        if (record.sample_time / trajectory.sample_time - 1.0).abs() > SAMPLE_TIME_TOLERANCE {
             return Err(Error::new(format_args!(
                 "{}: sampled every {:.6} s, but the plan counts its periods in samples of {:.6} s",
                 path.display(),
@@ -242,11 +243,11 @@ impl Reader<'_> {
     }
 }
 
-/// Largest relative difference of sample times at which two clocks count as one. Four periods of a thousand samples
-/// then end within four samples of where they are expected.
-const SAME_CLOCK: f64 = 1e-3;
+/// Largest relative difference of sample times that count as equal. Four periods of a thousand samples then end within
+/// four samples of the expected end.
+const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
 
-/// The drive gains: none for torques. Currents need the gains of all drives, or of some, or a load.
+/// The drive gains, one per coordinate, 1 for torques. Currents need the gain of at least one drive, or a load.
 fn gains(model: &Model, currents: bool, request: &PaperRequest) -> Result<Vec<Gain>, Error> {
     let coordinates = model.regressor().coordinates();
     let n = coordinates.len();

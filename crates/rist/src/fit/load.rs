@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use identification::estimate::claims::common_factor_shown;
+use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::identify::{Fit, with_deviations};
-use identification::estimate::ledger::common_factor_shown;
-use identification::estimate::ledger::hypotheses::{Hypothesis, Tested};
+use identification::estimate::log_check::LogCheck;
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
@@ -25,42 +25,42 @@ use crate::error::Error;
 pub struct Load {
     /// The link that carries it.
     pub link: String,
-    /// Whether all its parameters are determined. They are then in the link's frame as the model's file has it, else in
-    /// the link's modified DH frame.
+    /// Whether all its parameters are determined. They are then in the link's frame of the model's file, otherwise in the
+    /// link's modified DH frame.
     pub is_whole: bool,
-    /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame's origin.
+    /// XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
-    /// Standard deviations that take the correlation of residuals in time into account.
+    /// Standard deviations; they include the autocorrelation of the residuals.
     pub sigma: Ten,
-    /// Whether the logs tell each of them.
+    /// Whether each parameter is identifiable.
     pub determined: [bool; 10],
-    /// Whose scale they have.
+    /// The source of their scale.
     pub scale: LoadScale,
-    /// Whether they are in the frame that the user means, though not all are determined.
+    /// Whether they are in the user's frame, although not all are determined.
     pub in_file_frame: bool,
 }
 
-/// Whose scale a load has: all ten parameters are as much too large as the signals are.
+/// Source of the scale of a load: a relative error of the signals' scale is the same error of all ten parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadScale {
-    /// That of a sensor of its own, of which its verdict tells.
+    /// A force sensor; its verdict includes the scale.
     Sensor,
-    /// That of torques as logged, or of gains as given; the least common factor that would have shown, where one would.
+    /// Torques as logged, or gains as given; with the least common factor that the log check would have detected, if any.
     AsLogged(Option<f64>),
-    /// That of drive gains whose deviation is part of the load's.
+    /// Estimated drive gains; the standard deviation of the load includes their standard deviation.
     Gains,
 }
 
-/// What scales the torques of a fit, and what it tells of it.
+/// The sources of the torques' scale in a fit, and what is known of its error.
 pub(crate) struct Scales<'a> {
     pub(crate) gains: Option<&'a DriveGains>,
-    pub(crate) faults: &'a [Tested],
-    pub(crate) passport: &'a Passport,
+    pub(crate) faults: &'a [HypothesisTest],
+    pub(crate) log_check: &'a LogCheck,
 }
 
 impl Scales<'_> {
-    /// Covariance of the relative errors of the torques, joint by joint: of the gains, or of the scales beside each other as the
-    /// fit tells them.
+    /// Covariance (n x n) of the relative errors of the joints' torques: of the estimated gains, or, joint by joint, of the
+    /// scales that the fit tested.
     fn covariance(&self, n: usize) -> DMatrix<f64> {
         if let Some(gains) = self.gains {
             let sigma: Vec<f64> = gains.gain_deviation.iter().zip(&gains.gain).map(|(s, k)| s / k.abs()).collect();
@@ -68,14 +68,14 @@ impl Scales<'_> {
             return DMatrix::from_fn(n, n, |i, j| rows[i][j]);
         }
         let square = |k: usize| {
-            let told = self.faults.iter().find(|f| f.of == Hypothesis::Scale(k) && f.deviation.is_finite());
-            told.map_or(0.0, |f| f.value.powi(2) + f.deviation.powi(2))
+            let tested_scale = self.faults.iter().find(|f| f.of == Hypothesis::Scale(k) && f.deviation.is_finite());
+            tested_scale.map_or(0.0, |f| f.value.powi(2) + f.deviation.powi(2))
         };
         DMatrix::from_fn(n, n, |i, j| if i == j { square(i) } else { 0.0 })
     }
 }
 
-/// The load in the loaded logs. Its covariance is that of the residuals and that of the scales of the joints' torques.
+/// The load in the loaded logs. Its covariance is the sum of the parts by residuals and by scales of the joints' torques.
 ///
 /// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
 pub(crate) fn load(
@@ -103,21 +103,21 @@ pub(crate) fn load(
     let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
-    // Residuals of logs are correlated in time, so intervals are wider than for white noise.
+    // Residuals are autocorrelated, so intervals are wider than for white noise. Cov = T (C d + S R S^T) T^T, d: discount.
     let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
     let of_scales = &by_scale * of_scales * by_scale.transpose();
     let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
     let sigma = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
     let scale = match scales.gains {
         Some(_) => LoadScale::Gains,
-        None => LoadScale::AsLogged(common_factor_shown(scales.passport)),
+        None => LoadScale::AsLogged(common_factor_shown(scales.log_check)),
     };
     let determined = std::array::from_fn(|i| found.determined[i]);
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
-/// The body that carries the load: the named one (or one with a fixed link of that name), else the last one, if there
-/// is only one last.
+/// The body that carries the load: the named body (or the body with a fixed link of this name), otherwise the last body,
+/// if the chain has only one end.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();
@@ -140,7 +140,7 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     }
 }
 
-/// The bodies that no other link hangs on.
+/// The bodies at the ends of the chains, which are the antecedent of no link.
 pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
     let ids = model.body_links();
     let is_last = |body: &usize| model.robot.links.iter().all(|other| other.antecedent != Some(ids[*body]));
@@ -148,7 +148,7 @@ pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
 }
 
 impl Load {
-    /// The 95 % interval of the mass, with the common factor that would not have shown, kg; `None` where nothing bounds that.
+    /// The 95 % interval of the mass, kg, with the common factor that could be undetected; `None` where the factor has no bound.
     pub fn mass_interval(&self) -> Option<[f64; 2]> {
         let factor = match self.scale {
             LoadScale::AsLogged(factor) => factor?,
@@ -158,13 +158,13 @@ impl Load {
         Some([(mass - certain) / factor, (mass + certain) * factor])
     }
 
-    /// Whose scale the load has, in a sentence.
+    /// A sentence on the source of the load's scale; `None` for a sensor.
     fn of_scale(&self) -> Option<String> {
         let logged = "in the units of the torques as logged: a common factor";
         Some(match (self.scale, self.mass_interval()) {
             (LoadScale::Sensor, _) => return None,
             (LoadScale::Gains, _) => {
-                "the deviations of the drive gains are in these; all rest on the gains that were given".into()
+                "these include sigma of the drive gains; all rest on the gains that were given".into()
             }
             (LoadScale::AsLogged(Some(factor)), Some([from, to])) => format!(
                 "{logged} below {} would not have shown, by which the mass is between {from:.3} and {to:.3} kg",
@@ -174,20 +174,20 @@ impl Load {
         })
     }
 
-    /// Mass, centre of mass and the inertia about it, in the axes of the link's frame as the model's file has it; `None`
-    /// where the logs do not tell a body that can exist.
+    /// Mass (kg), centre of mass (m) and the inertia about it (kg m^2), in the axes of the link's frame of the model's file;
+    /// `None` where the logs do not determine a physically possible body.
     pub fn body(&self) -> Option<Centroidal> {
-        let is_told = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
+        let is_determined = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
         let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;
-        centroidal(&self.parameters).filter(|_| is_told && can_exist)
+        centroidal(&self.parameters).filter(|_| is_determined && can_exist)
     }
 }
 
-/// A load in the words of those who take one; each wants the centre of mass, and the inertia about it, in the axes of its
-/// flange. `None` for the inertia leaves out those who cannot do without.
+/// Writes a load in the syntax of robot controllers; each takes the centre of mass (m), and the inertia about it (kg m^2), in
+/// the axes of its flange. Without the inertia, controllers that need it are left out.
 ///
 /// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
-/// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last is the file of our own `load`.
+/// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last line is the file of rist's own `load`.
 fn words_of_controllers(
     f: &mut fmt::Formatter<'_>,
     link: &str,
@@ -195,7 +195,7 @@ fn words_of_controllers(
     centre: [f64; 3],
     inertia: Option<[f64; 6]>,
 ) -> fmt::Result {
-    // Rounded as printed, so that nothing is a negative zero.
+    // Rounded to the printed digits, so that no entry is printed as -0.
     let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
     let [x, y, z] = centre.map(|x| rounded(x, 1e4));
     let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
@@ -218,7 +218,7 @@ fn words_of_controllers(
 }
 
 impl Load {
-    /// The parameters and the centre of mass; where the load may be used, the words of controllers.
+    /// Writes the parameters and the centre of mass; where the load may be used, also in the syntax of controllers.
     pub fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
@@ -232,7 +232,10 @@ impl Load {
         }
         let (mass, certain) = (x[9], INTERVAL * sigma[9]);
         if self.determined[9] && mass.abs() <= certain {
-            writeln!(f, "zero is within the 95 % interval of its mass: there is no load, or the logs do not tell")?;
+            writeln!(
+                f,
+                "zero is within the 95 % interval of its mass: there is no load, or the logs do not identify it"
+            )?;
         } else if self.is_whole && smallest_eigenvalue(x) < 0.0 {
             writeln!(f, "no body has these parameters: its inertia is not known well enough")?;
         }
@@ -247,7 +250,7 @@ impl Load {
         match self.body() {
             _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
-            // A centre of mass is told in the frame of the file, which takes all ten parameters to turn into.
+            // Only all ten parameters can be transformed into the frame of the file; the centre alone needs to be in it.
             None if is_point && self.in_file_frame && !self.is_whole => {
                 words_of_controllers(f, &self.link, mass, centre, None)
             }
@@ -280,7 +283,7 @@ mod tests {
         }
     }
 
-    /// 2 kg at (0.1, 0, 0.2) with 0.01 0.02 0.025 about it: the blocks have it back, in each order.
+    /// 2 kg at (0.1, 0, 0.2) m with 0.01, 0.02 and 0.025 kg m^2 about it: each syntax gives these values in its own order.
     #[test]
     fn a_load_is_told_in_the_words_of_controllers() {
         let (m, [x, z]) = (2.0, [0.1, 0.2]);
@@ -297,11 +300,11 @@ mod tests {
         ] {
             assert!(shown.contains(line), "{line}\n{shown}");
         }
-        // Nothing is said of a factor where gains with a deviation scale the load, or a sensor of its own.
+        // No factor is mentioned where estimated gains or a sensor scale the load.
         for scale in [LoadScale::Gains, LoadScale::Sensor] {
-            let told = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
-            assert!(!told.to_string().contains("factor"), "{told}");
-            assert!(told.mass_interval().unwrap()[0] > 1.999);
+            let other = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
+            assert!(!other.to_string().contains("factor"), "{other}");
+            assert!(other.mass_interval().unwrap()[0] > 1.999);
         }
     }
 

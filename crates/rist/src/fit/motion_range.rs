@@ -1,4 +1,4 @@
-//! Where a robot was seen to move, and where its description lets it.
+//! The range of motion that logs cover, and the range that the description allows.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -7,10 +7,10 @@ use identification::rows::observation::Observation;
 
 use crate::describe::model::Model;
 
-/// Position limits farther apart than this are none, rad (m).
+/// Position limits farther apart than this count as no limits, rad (m); so do higher limits of speed, rad/s (m/s).
 const LIMITLESS_POSITION: f64 = 1e3;
 
-/// Where the logs moved. The acceleration is that of the largest speed at the frequency of the motion.
+/// The range of motion of the logs. Acceleration = 2 pi f95 x largest speed, rad/s^2 (m/s^2).
 pub(crate) fn seen(observation: &Observation) -> MotionRange {
     let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
     let acceleration = |(speed, f95): (&f64, &f64)| {
@@ -24,7 +24,7 @@ pub(crate) fn seen(observation: &Observation) -> MotionRange {
     }
 }
 
-/// Where the experiments of a plan go.
+/// The range of motion of the experiments of a plan.
 pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTrajectory>) -> MotionRange {
     let references: Vec<Reference> = trajectories.map(ExcitingTrajectory::reference).collect();
     let n = references.first().map_or(0, |reference| reference.q.len());
@@ -43,8 +43,8 @@ pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTr
     }
 }
 
-/// Where the description lets the robot move: a whole turn, and no farther or faster than seen, where it says nothing. The
-/// acceleration grows with the speed, as at the frequencies seen.
+/// The range of motion that the description allows. Without limits: a whole turn, otherwise the range and speed of `seen`.
+/// The acceleration is scaled with the speed, for the same frequencies as in `seen`.
 pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {

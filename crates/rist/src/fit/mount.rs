@@ -1,9 +1,9 @@
-//! The torques by which a tilted base shows: those of gravity that is turned about the axes of the base.
+//! The torques that a tilt of the base causes: gravity is rotated about the axes of the base.
 //!
-//! A small turn a of the base about its axis e turns gravity g, seen from the base, by e x g a. The torques that follow are
-//! those of the description's bodies at rest under the acceleration e x g. A turn about gravity itself shows nowhere, so
-//! there are two axes, across gravity, however the base is mounted: the two axes of the base that are farther from gravity,
-//! without what is along it and along each other.
+//! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by e x g a. The torques
+//! per radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself
+//! is not observable, so there are two axes, across gravity: the two axes of the base that are farther from gravity, made
+//! orthogonal to it and to each other.
 
 use std::cell::RefCell;
 
@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use robot::value::Value;
 use robot::{Robot, StandardParameter};
 
-/// Two axes across gravity, which is not zero, at right angles, each with the number of the axis of the base that it is nearest
-/// to.
+/// Two orthogonal axes across gravity (which is not zero), in the frame of the base, each with the number of the nearest axis
+/// of the base.
 pub fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
     let along = gravity.normalize();
     let across = |axis: usize, others: &[Vector3<f64>]| {
@@ -25,7 +25,7 @@ pub fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
     [(i, first), (j, across(j, &[along, first]))]
 }
 
-/// The torques per radian of one axis.
+/// The torques per radian of tilt about one axis.
 pub struct Tilt {
     tape: Tape,
     work: RefCell<Workspace>,
@@ -34,8 +34,8 @@ pub struct Tilt {
 }
 
 impl Tilt {
-    /// About both axes across gravity, each with the number of the axis of the base that it is nearest to; none for a robot
-    /// without described bodies, and for one whose loops are solved numerically. `changes` of the described bodies.
+    /// Tilts about both axes across gravity, each with the number of the nearest axis of the base; empty for a robot without
+    /// described bodies, and for one whose loops are solved numerically. `changes`: added to the described parameters.
     pub(crate) fn both(robot: &Robot, changes: &[(StandardParameter, f64)]) -> Vec<(usize, Tilt)> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
         let gravity = Vector3::from(robot.gravity_number());
@@ -52,7 +52,7 @@ impl Tilt {
         tilts
     }
 
-    /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.
+    /// Torques at rest under `gravity`, m/s^2 in the frame of the base; `None` where the derivation fails.
     pub fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
         let mut turned = robot.clone();
         turned.gravity = gravity.map(Value::Number);
@@ -92,7 +92,7 @@ mod tests {
             for q in [[0.3, -0.4, 0.5, 1.0, 2.0, -1.0], [1.0, 2.0, -2.0, 0.1, 0.2, 0.3]] {
                 for j in 0..6 {
                     let found = (turned.torques(&q)[j] - zero.torques(&q)[j]) / angle;
-                    // Torques of some ten N m, of which differences of a millionth keep nine digits.
+                    // Torques of some ten N m; their differences over 1e-6 rad keep nine digits.
                     assert!((found - tilts[k].1.torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
                 }
             }

@@ -1,28 +1,28 @@
 //! A search over variants of a model and of the options of its fit.
 //!
-//! What nobody decided is tried, candidate by candidate. Each proposes a variant with the error E of the fit without it and with
-//! it, on parts of the logs that are left out in turn. A variant is kept where
+//! Decisions that the request leaves free are tried, candidate by candidate. Each proposes a variant with the error E of the
+//! fit without it and with it, on segments of the logs that are held out in turn. A variant is kept where
 //!
 //! ```text
 //! E(with) <= limit E(without)
 //! ```
-//! and E(without) is not negligible. An unknown beyond its deviations is kept where E falls at all. What follows from the columns
-//! of a log or from the request needs no errors. A variant with another model starts the search over: what was decided with the
-//! model before is decided anew.
+//! and E(without) is not negligible. A significant unknown is kept where E falls at all. Decisions that follow from the columns
+//! of a log or from the request need no errors. A variant with another model restarts the search: decisions with the model
+//! before are repeated.
 //!
-//! Not here: how well each of several logs is predicted from the others. Where one of them is poor it is predicted worse with what
-//! is true (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques 7 to 11 % wrong in place of 1 %).
+//! Not used: the error of each of several logs predicted from the others. A poor log is predicted worse with the true variant
+//! (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques 7 to 11 % wrong instead of 1 %).
 
 use claims::{Claim, Topic};
+use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest, UndeterminedMechanics, hypotheses};
+use identification::estimate::claims::unknowns::UnknownStep;
 use identification::estimate::delay::Delay;
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::JointTerms;
-use identification::estimate::ledger::hypotheses::{Hypothesis, Open, Tested, hypotheses};
-use identification::estimate::ledger::unknowns::Step;
+use identification::estimate::log_check::LogCheck;
+use identification::estimate::log_check::finding::Fault;
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::Fault;
 use identification::estimate::selection::FrictionSelection;
 use identification::estimate::standing_out::{StandingOut, standing_out};
 use identification::estimate::topics::mended;
@@ -33,36 +33,36 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::looked::Looked;
-use crate::fit::unspoken::with_open;
+use crate::fit::loaded_logs::LoadedLogs;
+use crate::fit::undetermined::with_undetermined;
 use crate::request::SamplesRequest;
 
-/// Error on parts left out over that without a candidate, up to which it is kept.
+/// Error on held-out data with a candidate, over the error without it, up to which the candidate is kept.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// With errors below this nothing is left to explain, and a difference is rounding.
+/// Relative error on held-out data below which a difference is rounding.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
 /// Which parameters are kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kept {
-    /// All; of bodies that can exist where the logs are poor.
+pub(crate) enum KeptParameters {
+    /// All; with physically possible bodies where the logs are poor.
     All,
-    /// All, whatever the bodies.
+    /// All, also with impossible bodies.
     Free,
-    /// Those that the data need; the others are zero.
+    /// The essential ones, which the data need; the others are zero.
     Essential,
-    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
+    /// All, with physically possible bodies. The description determines what the logs do not identify.
     Consistent,
 }
 
 /// A model, and the options of a fit of it.
 pub(crate) struct Variant {
-    /// `None`: the model as it is.
+    /// `None`: the model of the search.
     pub model: Option<Model>,
     pub options: Options,
 }
 
-/// Error on parts of logs, each predicted from the others; the logs are read for it.
+/// Relative error on segments of logs, each predicted from the others; reads the logs.
 ///
 /// Fails where a log cannot be read.
 pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Options) -> Result<f64, Error> {
@@ -72,18 +72,18 @@ pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Option
     Ok(cross_validate(&linear, &rows, options.weights).total)
 }
 
-/// Why a variant is kept.
+/// The reason why a variant is kept.
 pub(crate) enum Evidence {
     /// The request, or the columns of the logs.
     Given,
-    /// The errors on parts left out without it and with it, where those fall by far: below `limit` of what they were.
+    /// The errors on held-out data without it and with it; they have to fall below `limit` times the error without it.
     Errors { errors: [f64; 2], limit: f64 },
-    /// An unknown beyond its deviations, where the errors fall with it at all.
+    /// A significant unknown; the errors on held-out data have to fall at all.
     Significant([f64; 2]),
 }
 
 impl Evidence {
-    /// The rule of this file.
+    /// The rule in the head of this file.
     pub(crate) fn is_enough(&self) -> bool {
         match *self {
             Evidence::Given => true,
@@ -95,11 +95,11 @@ impl Evidence {
     }
 }
 
-/// What a candidate would change, and why.
+/// The variant of a candidate, and the evidence for it.
 pub(crate) struct Proposal {
     pub variant: Variant,
     pub evidence: Evidence,
-    /// What is known with it.
+    /// The decisions that it brings.
     pub found: Decisions,
 }
 
@@ -109,7 +109,7 @@ impl Proposal {
         Proposal { variant: Variant { model: None, options }, evidence: Evidence::Given, found }
     }
 
-    /// What nobody asked for; `sentence` says so to the user.
+    /// A variant that the request does not ask for; `sentence` tells the user.
     pub(crate) fn mending(variant: Variant, evidence: Evidence, topic: Topic, sentence: String) -> Proposal {
         let found =
             Decisions { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Decisions::default() };
@@ -117,7 +117,7 @@ impl Proposal {
     }
 }
 
-/// What a search decided beside the fit.
+/// The decisions of a search before the fit.
 #[derive(Default)]
 pub struct Decisions {
     /// The drive gains, where some were estimated.
@@ -128,13 +128,13 @@ pub struct Decisions {
     pub friction: Option<FrictionSelection>,
     /// The choice among terms of single joints, where it was asked for.
     pub joint_terms: Option<JointTerms>,
-    /// The last step of unknowns; what they are stands in the options and the description.
-    pub unknowns: Vec<Step>,
-    /// Whether the parameters are those of bodies that can exist, which nobody asked for.
+    /// The last step of the unknowns; their values are in the options and the description.
+    pub unknowns: Vec<UnknownStep>,
+    /// Whether the parameters are restricted to physically possible bodies without being asked for.
     pub possible_bodies: bool,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
-    /// What was mended without being asked for, with the errors without it and with it.
+    /// Corrections that were not asked for, with the errors without them and with them.
     pub mended: Vec<Claim>,
 }
 
@@ -154,32 +154,32 @@ impl Decisions {
     }
 }
 
-/// Logs, and what is asked of their fit.
+/// Logs, and the request for their fit.
 #[derive(Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct FitQuestion<'a> {
     pub logs: &'a [LogSource],
     pub request: &'a SamplesRequest,
-    pub kept: Kept,
+    pub kept: KeptParameters,
 }
 
-/// A fit, with the unknowns that were tested beside it.
+/// A fit, with the faults that were tested as additional unknowns.
 pub(crate) struct Fitted {
     pub fit: Fit,
-    pub faults: Vec<Tested>,
+    pub faults: Vec<HypothesisTest>,
 }
 
-/// The variant that is tried, with the logs as it reads them and its fit, once they are needed.
-pub(crate) struct Tried<'a> {
+/// The variant that is tried, with its logs and its fit, which are computed on demand.
+pub(crate) struct TriedVariant<'a> {
     pub model: &'a Model,
-    pub asked: Asked<'a>,
-    /// The options that the search began with.
+    pub asked: FitQuestion<'a>,
+    /// The options at the start of the search.
     pub start: Options,
     pub options: Options,
-    looked: Option<Looked<'a>>,
+    looked: Option<LoadedLogs<'a>>,
     fitted: Option<Fitted>,
 }
 
-impl<'a> Tried<'a> {
+impl<'a> TriedVariant<'a> {
     fn take(&mut self, options: Options) {
         if options != self.options {
             (self.options, self.looked, self.fitted) = (options, None, None);
@@ -189,15 +189,15 @@ impl<'a> Tried<'a> {
     /// The logs, read at the first call.
     ///
     /// Fails where a log cannot be read.
-    pub(crate) fn looked(&mut self) -> Result<&mut Looked<'a>, Error> {
+    pub(crate) fn looked(&mut self) -> Result<&mut LoadedLogs<'a>, Error> {
         let looked = match self.looked.take() {
             Some(looked) => looked,
-            None => Looked::of(self.model, self.asked.logs, &self.options)?,
+            None => LoadedLogs::of(self.model, self.asked.logs, &self.options)?,
         };
         Ok(self.looked.insert(looked))
     }
 
-    /// The fit, made at the first call.
+    /// The fit, computed at the first call.
     ///
     /// Fails where a log cannot be read, and where no joint moves.
     pub(crate) fn fitted(&mut self) -> Result<&Fitted, Error> {
@@ -213,10 +213,10 @@ impl<'a> Tried<'a> {
         let linear = options.linear_model(model.regressor());
         let looked = self.looked()?;
         let fit = looked.fit(model, logs)?;
-        let test = |open: Open<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
-        let mut faults = with_open(model, None, test)?;
-        // A base that is found to be mounted otherwise is said once.
-        if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
+        let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
+        let mut faults = with_undetermined(model, None, test)?;
+        // Another mount is reported once.
+        if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }
         Ok(Fitted { fit, faults })
@@ -224,8 +224,8 @@ impl<'a> Tried<'a> {
 
     /// The log check and the fit.
     ///
-    /// Fails as [`Tried::fitted`] does.
-    pub(crate) fn finish(mut self) -> Result<(Passport, Fitted, Vec<StandingOut>), Error> {
+    /// Fails as [`TriedVariant::fitted`] does.
+    pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<StandingOut>), Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,
             None => self.fit()?,
@@ -233,38 +233,38 @@ impl<'a> Tried<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        // Another load is why residuals stand out.
-        let events = match looked.passport.has_changed_load() {
+        // A changed load explains the outliers of the residuals.
+        let events = match looked.log_check.has_changed_load() {
             true => Vec::new(),
             false => standing_out(&linear, &looked.records, fitted.fit.point().x)?,
         };
-        Ok((std::mem::take(&mut looked.passport), fitted, events))
+        Ok((std::mem::take(&mut looked.log_check), fitted, events))
     }
 }
 
-/// Proposes a variant; `None` where there is nothing to try. Fails where a log cannot be read.
-pub(crate) type Candidate = fn(&mut Tried<'_>) -> Result<Option<Proposal>, Error>;
+/// Proposes a variant; `None` without a variant to try. Fails where a log cannot be read.
+pub(crate) type VariantProposer = fn(&mut TriedVariant<'_>) -> Result<Option<Proposal>, Error>;
 
-/// What a search ends with.
-pub(crate) struct Searched<T> {
-    /// The model, where it is another than the one given.
+/// The result of a search.
+pub(crate) struct SearchResult<T> {
+    /// The model, where it differs from the given one.
     pub model: Option<Model>,
     pub options: Options,
     pub found: Decisions,
     pub end: T,
 }
 
-/// Tries the candidates in their order, and does `end` with the variant that is left.
+/// Tries the candidates in their order, and calls `end` with the accepted variant.
 ///
 /// Fails where a candidate or `end` does.
 pub(crate) fn search<T>(
     model: &Model,
-    asked: Asked<'_>,
+    asked: FitQuestion<'_>,
     options: Options,
-    candidates: &[Candidate],
-    end: &dyn Fn(Tried<'_>) -> Result<T, Error>,
-) -> Result<Searched<T>, Error> {
-    let mut tried = Tried { model, asked, start: options.clone(), options, looked: None, fitted: None };
+    candidates: &[VariantProposer],
+    end: &dyn Fn(TriedVariant<'_>) -> Result<T, Error>,
+) -> Result<SearchResult<T>, Error> {
+    let mut tried = TriedVariant { model, asked, start: options.clone(), options, looked: None, fitted: None };
     let mut found = Decisions::default();
     for (k, candidate) in candidates.iter().enumerate() {
         let Some(proposal) = candidate(&mut tried)?.filter(|proposal| proposal.evidence.is_enough()) else { continue };
@@ -277,14 +277,14 @@ pub(crate) fn search<T>(
         drop(tried);
         let others = [&candidates[..k], &candidates[k + 1..]].concat();
         let searched = search(&changed, asked, options, &others, end)?;
-        return Ok(Searched {
+        return Ok(SearchResult {
             model: searched.model.or(Some(changed)),
             found: proposal.found.then(searched.found),
             ..searched
         });
     }
     let options = tried.options.clone();
-    Ok(Searched { model: None, options, found, end: end(tried)? })
+    Ok(SearchResult { model: None, options, found, end: end(tried)? })
 }
 
 #[cfg(test)]

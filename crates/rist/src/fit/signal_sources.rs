@@ -1,11 +1,11 @@
-//! Where velocities and accelerations are taken from, where nobody says it: the columns of a log, or the slopes beside them.
+//! The source of velocities and accelerations where the options leave it free: columns of a log, or derivatives of positions.
 
+use identification::estimate::log_check::{LogCheck, TIMELY_S};
 use identification::estimate::options::Options;
-use identification::estimate::passport::{Passport, TIMELY_S};
 use identification::signals::signal_options::Velocity;
 
-/// Slopes instead of columns that are none.
-pub(crate) fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
+/// Sets derivatives as the source, where velocity or acceleration columns are not the derivatives. Returns sentences on it.
+pub(crate) fn sources(seen: &LogCheck, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;
     if signal.velocity == Velocity::Auto

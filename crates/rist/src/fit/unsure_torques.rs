@@ -1,46 +1,46 @@
-//! How unsure torques are: by the noise of the fit, by what faults and gains add to it, and by logs that were not fitted.
+//! Uncertainty of torques: by the noise of the fit, by faults and gains, and by logs that were not fitted.
 //!
-//! Another log of the same robot has the same faults and gains. So it tells of the noise alone: both are combined without what
-//! faults and gains add, and that is added afterwards. A gain adds to the variance of each parameter, a fault that moves the
-//! parameters by e adds (y e)^2 to the square of the error of a torque y x.
+//! Another log of the same robot has the same faults and gains, so it contains information on the noise alone. Both logs are
+//! combined without the errors by faults and gains, which are added afterwards. A gain adds to the variance of each parameter;
+//! a fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x.
 
+use identification::estimate::claims::hypotheses::HypothesisTest;
+use identification::estimate::claims::{effects_of_faults, inflate_by_faults, inflate_by_undetected_faults};
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
-use identification::estimate::ledger::hypotheses::Tested;
-use identification::estimate::ledger::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
 use identification::estimate::other_logs::mean_square_errors;
-use identification::estimate::torque_error::{MotionRange, TorqueError, Unsure, shown_rank, torque_errors};
+use identification::estimate::torque_error::{ErrorContributions, MotionRange, TorqueError, shown_rank, torque_errors};
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use nalgebra::DMatrix;
 use numerics::triangle::Triangle;
 
 use crate::describe::model::Model;
-use crate::fit::drive_gains::widen;
+use crate::fit::drive_gains::inflate_sigma;
 use crate::fit::motion_range::{allowed, seen};
 use identification::estimate::artefact::Estimate;
 
-/// What a fit tells of its noise.
+/// Noise of a fit.
 pub struct Noise {
     /// Any multiple of the covariance for white noise.
     inverse: DMatrix<f64>,
-    /// Deviations of the solution of least norm, of parameters that are open: those for white noise, as much wider as those
-    /// of the others are.
+    /// Standard deviations of the least-norm solution, for parameters that are not identifiable: for white noise, inflated by
+    /// the autocorrelation like the others.
     of_open: Vec<f64>,
-    /// Of each deviation, the share that stays where what changes from log to log does not count.
+    /// Standard deviation without changes from log to log, over the whole one, by parameter.
     within_logs: Vec<f64>,
-    /// By how much the error of each of several logs moves the parameters.
+    /// Change of the parameters by the error of each of several logs.
     moved_by_logs: Vec<Vec<f64>>,
-    /// Changes of the parameters that leave every row as it is.
+    /// Changes of the parameters that change no row (null space).
     open: Vec<Vec<f64>>,
-    /// How many correlated rows are worth one.
+    /// Number of autocorrelated rows with the information of one.
     discount: f64,
-    /// Where the logs moved.
+    /// Range of motion of the logs.
     seen: MotionRange,
 }
 
 impl Noise {
-    /// Of a fit.
+    /// The noise of a fit.
     pub fn of(fit: &Fit) -> Noise {
         let discount = fit.estimate.discount();
         let of_open = fit.deviation.white.iter().map(|white| discount.sqrt() * white).collect();
@@ -56,65 +56,65 @@ impl Noise {
         }
     }
 
-    /// The deviations of an estimate, as far as they are given there.
+    /// The standard deviations of an estimate; zero where it has none.
     fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
         let deviation = |(c, p): (usize, &Identified)| p.sigma.or(self.of_open.get(c).copied()).unwrap_or(0.0);
         estimate.parameters.iter().enumerate().map(deviation).collect()
     }
 }
 
-/// What tells how unsure torques are.
+/// Data for the uncertainty of torques.
 pub struct UnsureTorques {
-    /// Whether what the logs leave open of the parameters is open in every motion, so that no torque shows it.
+    /// Whether no motion identifies the parameters that the logs do not identify, so that no torque depends on them.
     pub opens_in_any_motion: bool,
-    /// Where the logs moved, and how many of their rows are worth one.
+    /// Range of motion of the logs, and number of their rows with the information of one.
     seen: MotionRange,
     discount: f64,
     covariance: Covariance,
-    /// Changes of the parameters that leave every row as it is, and show in some motion.
+    /// Changes of the parameters that change no row of the logs, but torques of some motion.
     open: Vec<Vec<f64>>,
-    /// Whether a parameter is open that some motion tells.
+    /// Whether a parameter is not identified that some motion identifies.
     is_open: bool,
 }
 
-/// sigma_i sigma_j rho_ij, the parameters in their order.
+/// Covariances sigma_i sigma_j rho_ij and their parts, the parameters in their order.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
-    /// By how much the error of each of several logs moves the parameters.
+    /// Change of the parameters by the error of each of several logs.
     of_logs: Vec<Vec<f64>>,
-    /// By parameter, what gains add to its variance.
+    /// Variance of each parameter by gains.
     of_gains: Vec<f64>,
-    /// By fault, by how much it moves the parameters.
+    /// Change of the parameters by each fault.
     of_faults: Vec<Vec<f64>>,
-    /// With all that.
+    /// Covariance with noise, gains and faults.
     whole: Vec<Vec<f64>>,
 }
 
 impl UnsureTorques {
-    /// Widens the deviations of an estimate by gains and faults, and says in it how unsure torques are.
-    pub fn widening(
+    /// Inflates the standard deviations of an estimate by gains and faults, and writes the uncertainty of torques into it.
+    pub fn inflation(
         estimate: &mut Estimate,
         noise: Noise,
         gains: Option<&DriveGains>,
-        faults: &[Tested],
+        faults: &[HypothesisTest],
         model: &Model,
         options: &Options,
     ) -> UnsureTorques {
         let of_noise = noise.deviations(estimate);
-        gains.into_iter().for_each(|found| widen(estimate, found));
+        gains.into_iter().for_each(|found| inflate_sigma(estimate, found));
         let with_gains = noise.deviations(estimate);
-        widen_by_faults(estimate, faults);
+        inflate_by_faults(estimate, faults);
         let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], faults, model, options, estimate);
-        widen_by_what_may_be_there(estimate, faults);
+        inflate_by_undetected_faults(estimate, faults);
         estimate.torque_errors = unsure.errors(model, options, estimate);
         unsure
     }
 
-    /// The deviations `of_noise`, and `with_gains` beside it; the estimate has those of the `faults` too.
+    /// `of_noise`: standard deviations by noise; `with_gains`: by noise and gains; the estimate's include the `faults` too.
     fn of(
         noise: Noise,
         [of_noise, with_gains]: [&[f64]; 2],
-        faults: &[Tested],
+        faults: &[HypothesisTest],
         model: &Model,
         options: &Options,
         estimate: &Estimate,
@@ -136,18 +136,19 @@ impl UnsureTorques {
         UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance, open, is_open }
     }
 
-    /// By use.
+    /// Errors of torques, by use.
     fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 
-    /// The covariance of the parameters; `None` where one is open that some motion tells.
+    /// The covariance of the parameters; `None` where one is not identified that some motion identifies.
     pub(crate) fn covariance(&self) -> Option<&[Vec<f64>]> {
         (!self.is_open).then_some(&self.covariance.whole)
     }
 
-    /// By use, where logs of another motion tell too; `logs`: by log, the triangles of its joints. `None` where they tell nothing.
-    pub(crate) fn errors_beside(
+    /// Errors of torques, by use, with logs of another motion; `logs`: by log, the triangles of its joints. `None` where these
+    /// logs have no information on the errors.
+    pub(crate) fn errors_with(
         &self,
         model: &Model,
         estimate: &Estimate,
@@ -162,17 +163,18 @@ impl UnsureTorques {
         Some(self.errors_by(&both, model, options, estimate))
     }
 
-    /// With the covariance that noise leaves, and the rest that makes the parameters unsure.
+    /// Errors of torques, by use, from the covariance `noise`, and from gains, faults and changes from log to log.
     fn errors_by(&self, noise: &[Vec<f64>], model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         let (rest, range) = (&self.covariance, allowed(model, &self.seen));
         let noise = widened(noise, &rest.of_gains);
-        let unsure = Unsure { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs, open: &self.open };
+        let unsure =
+            ErrorContributions { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs, open: &self.open };
         let linear = options.linear_model(model.regressor());
         torque_errors(&linear, &values(estimate), unsure, &self.seen, &range)
     }
 }
 
-/// A covariance with more variance of each parameter; correlations stay.
+/// A covariance with `added` variance of each parameter; correlations stay.
 fn widened(covariance: &[Vec<f64>], added: &[f64]) -> Vec<Vec<f64>> {
     let p = added.len();
     let deviations: Vec<f64> = (0..p).map(|c| (covariance[c][c] + added[c]).max(0.0).sqrt()).collect();
@@ -183,8 +185,8 @@ fn values(estimate: &Estimate) -> Vec<f64> {
     estimate.parameters.iter().map(Identified::prediction).collect()
 }
 
-/// Whether the rows have as many independent columns as those of any motion within the limits, so that no motion is to blame
-/// for what is open. A sliding joint that carries its weight is an example: mass, rotor and offset are one column too few.
+/// Whether the rank of the rows is the rank of any motion within the limits, so that no other motion would identify more. A
+/// sliding joint that carries its weight is an example: mass, rotor and offset have one independent column too few.
 fn is_all_that_shows(model: &Model, options: &Options, estimate: &Estimate, range: &MotionRange) -> bool {
     let (linear, values) = (options.linear_model(model.regressor()), values(estimate));
     let base = linear.regressor.parameters().len();

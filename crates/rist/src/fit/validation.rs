@@ -1,16 +1,16 @@
-//! Tests how well an estimate predicts logs it was not made from.
+//! Tests how well an estimate predicts logs that were not fitted.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
 use gate::source::Source;
-use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
-use identification::estimate::passport::visited::Visited;
+use identification::estimate::log_check::visited::VisitedStates;
+use identification::estimate::nominal_prediction::nominal_residuals;
 use identification::estimate::residuals::Residuals;
 use identification::estimators::weighted::{Weights, fit};
-use identification::portrait::series::series;
+use identification::plot_data::series::series;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
@@ -19,8 +19,8 @@ use logs::{ColumnNames, Log, LogSource};
 use numerics::triangle::Triangle;
 
 pub use identification::estimate::validation::Validation;
-pub use identification::portrait::Portrait;
-pub use identification::portrait::series::{TorqueSeries, series_to_csv, series_to_parquet};
+pub use identification::plot_data::PlotData;
+pub use identification::plot_data::series::{TorqueSeries, series_to_csv, series_to_parquet};
 
 use crate::describe::model::{Model, predicts};
 use crate::error::Error;
@@ -32,22 +32,22 @@ use identification::estimate::artefact::Estimate;
 pub struct Predicted {
     /// Its name.
     pub log: String,
-    /// What is left of its torques.
+    /// Residuals of its torques.
     pub residuals: Residuals,
     /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
     pub described: Option<f64>,
-    /// The error that the deviations of the estimate explain; `None` where no covariance is known.
+    /// Relative error that the covariance of the estimate explains; `None` where no covariance is known.
     pub unsure: Option<f64>,
     /// |tau - W X| / |tau| of parameters that are fitted to this log alone.
     pub(crate) least: f64,
     /// Its rows as triangles, one per joint.
     pub(crate) joints: Vec<Triangle>,
-    /// Where the robot was.
-    pub visited: Visited,
+    /// The states that the robot visited.
+    pub visited: VisitedStates,
 }
 
 impl Predicted {
-    /// What of the error no other parameters would leave.
+    /// The part of the relative error that other parameters could avoid.
     pub(crate) fn by_parameters(&self) -> f64 {
         held_out::of_parameters(self.residuals.total, self.least)
     }
@@ -55,8 +55,8 @@ impl Predicted {
 
 /// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
 ///
-/// Empty for an estimate of experiments, which [`validate_experiments`] predicts. `covariance` of its parameters, where it is
-/// known. Fails where a log cannot be read, and where the estimate lacks a parameter.
+/// Empty for an estimate of experiments, for which [`validate_experiments`] is made. `covariance`: of the estimate's
+/// parameters, if known. Fails where a log cannot be read, and where the estimate lacks a parameter.
 pub fn predictions(
     model: &Model,
     estimate: &Estimate,
@@ -66,33 +66,33 @@ pub fn predictions(
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
-    let described = model.described_parameters();
+    let described = model.nominal_parameters();
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
         let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
-        let of_description = |x: &Vec<f64>| described_residuals(&linear, &joints, &vec![1.0; joints.len()], x).total;
+        let of_description = |x: &Vec<f64>| nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], x).total;
         Ok(Predicted {
             log: log.name(),
             residuals: held_out::residuals(&linear, &joints, &x),
             described: described.as_ref().map(of_description),
             least: held_out::residuals(&linear, &joints, &fit(&joints, Weights::None).0.x).total,
             unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
-            visited: Visited::of_records(&records, model.regressor().coordinates().len())?,
+            visited: VisitedStates::of_records(&records, model.regressor().coordinates().len())?,
             joints,
         })
     };
     logs.iter().map(predict).collect()
 }
 
-/// What the estimate predicts for logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
+/// Plot data of measured and predicted torques of logs, joint by joint; `None` for an estimate of experiments.
 ///
 /// Fails where a log cannot be read, and where the estimate lacks a parameter.
-pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
+pub fn plot_data(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<PlotData>, Error> {
     let Some(options) = &estimate.options else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
-    let described = model.described_parameters();
-    Ok(Some(identification::portrait::portrait(&linear, &x, described.as_deref(), options, logs)?))
+    let described = model.nominal_parameters();
+    Ok(Some(identification::plot_data::plot_data(&linear, &x, described.as_deref(), options, logs)?))
 }
 
 /// Measured and predicted torques of logs, sample by sample.
@@ -107,7 +107,7 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     Ok(series(&linear, &x, options, logs)?)
 }
 
-/// For each column the value that predicts torques.
+/// The value of each column with which torques are predicted.
 fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
@@ -149,7 +149,7 @@ pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
 }
 
 /// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate
-/// none. The gains of the request replace those of the estimate.
+/// none. The gains of the request replace the gains of the estimate.
 ///
 /// Fails where a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(

@@ -1,8 +1,8 @@
-//! Whether to trust an estimate: one of experiments by itself, one of logs by other logs.
+//! Whether to trust an estimate: estimates of experiments by their own evidence, estimates of logs by other logs.
 
-use identification::estimate::described::described_residuals;
+use identification::estimate::log_check::finding::Fault;
+use identification::estimate::nominal_prediction::nominal_residuals;
 use identification::estimate::options::Options;
-use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -20,20 +20,20 @@ pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
 
-/// The same with the error on motions that it was not made from, where there are some.
+/// Whether to trust an estimate by its own evidence and by the relative error on motions that were not fitted, if any.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// What an estimate says of itself. Which motion its parts left out were is not in it; each experiment of a plan is a motion of
-/// its own.
+/// The evidence in an estimate itself. It does not contain the motion of its held-out segments; each experiment of a plan is
+/// another motion.
 pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {
         estimate,
-        passport: None,
+        log_check: None,
         described: None,
-        described_parameters: None,
+        nominal_parameters: None,
         total: estimate.total,
         is_of_fit: true,
         prediction: Prediction { others: predicted, held_out, parts_are_new, ..Prediction::default() },
@@ -44,33 +44,33 @@ pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     }
 }
 
-/// Whether to trust an estimate by the logs it was fitted to, read once more.
+/// Whether to trust an estimate by the logs that it was fitted to, which are read again.
 ///
 /// Fails where a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
     let Some(options) = &estimate.options else { return Ok(estimate_verdict(estimate)) };
-    let (passport, parameters) = (examine(model, logs, options)?, model.described_parameters());
+    let (log_check, parameters) = (examine(model, logs, options)?, model.nominal_parameters());
     let mut evidence = evidence(estimate, None);
-    evidence.prediction.parts_are_new = passport.visited.has_new_parts();
+    evidence.prediction.parts_are_new = log_check.visited.has_new_parts();
     Ok(Verdict::of(&Evidence {
-        passport: Some(&passport),
-        described: described(model, options, logs)?,
-        described_parameters: parameters.as_deref(),
+        log_check: Some(&log_check),
+        described: nominal_error(model, options, logs)?,
+        nominal_parameters: parameters.as_deref(),
         ..evidence
     }))
 }
 
-/// Error of the description with fitted friction; `None` where it has no inertials.
-fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
-    let Some(described) = model.described_parameters() else { return Ok(None) };
+/// Relative error of the description with fitted friction; `None` where it has no inertials.
+fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
+    let Some(nominal) = model.nominal_parameters() else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
-    Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
+    Ok(Some(nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], &nominal).total))
 }
 
-/// Whether to trust an estimate, by how well it predicts logs, `total`. For an estimate of experiments `total` is the
-/// only evidence. `are_new`: it was not made from any of them, as [`crate::fit::validation::is_fitted`] tells.
+/// Whether to trust an estimate by its relative error `total` on logs. For an estimate of experiments `total` is the only
+/// evidence. `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
 ///
 /// Fails where a log cannot be read.
 pub fn validation_verdict(
@@ -80,17 +80,17 @@ pub fn validation_verdict(
     total: f64,
     are_new: bool,
 ) -> Result<Verdict, Error> {
-    let parameters = model.described_parameters();
+    let parameters = model.nominal_parameters();
     let mut evidence =
         Evidence { total: Some(total), is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
-    let mut passport = examine(model, logs, options)?;
-    // A short log is long enough for a prediction.
-    passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
-    evidence.passport = Some(&passport);
-    evidence.described = described(model, options, logs)?;
-    evidence.prediction.others_described = evidence.described.filter(|_| are_new);
-    evidence.described_parameters = parameters.as_deref();
+    let mut log_check = examine(model, logs, options)?;
+    // A log that is too short for a fit is long enough for a prediction.
+    log_check.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
+    evidence.log_check = Some(&log_check);
+    evidence.described = nominal_error(model, options, logs)?;
+    evidence.prediction.others_nominal = evidence.described.filter(|_| are_new);
+    evidence.nominal_parameters = parameters.as_deref();
     Ok(Verdict::of(&evidence))
 }

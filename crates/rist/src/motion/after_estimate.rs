@@ -1,28 +1,28 @@
 //! The information of an earlier estimate, for the search of the next motion.
 //!
-//! Let S be the covariance of the estimate and R'R = S^-1. The rows R are put below those of the motion, so that the
-//! determinant is that of the information of both. Where an estimate has no covariance, its deviations are used as if
-//! they were independent. By Hadamard's inequality the determinant of their information is never greater. The noise of
-//! a sample follows from the estimate's residuals:
+//! Let S be the covariance of the estimate and R'R = S^-1. The rows R are appended to the rows of the motion, so that the
+//! determinant is computed from the information of both. Where an estimate has no covariance, its standard deviations are
+//! used as independent. By Hadamard's inequality the determinant of their information is never greater. The noise of a
+//! sample follows from the estimate's residuals:
 //!
 //! ```text
 //! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)
 //! ```
-//! rms_j, N m (N): the residual of joint j below the cut-off. discount: the factor by which variances of white noise
-//! are too small ([`Estimate::discount`]).
+//! rms_j, N m (N): rms residual of joint j below the cut-off. rate and cutoff, Hz. discount: the factor by which the
+//! variances for white noise are too small ([`Estimate::discount`]).
 
-use experiments::excitation::proof::DescribedFriction;
+use experiments::excitation::proof::NominalFriction;
 use identification::estimate::artefact::Estimate;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
-/// The rows R over the columns of a model, row after row, and notes where the file is not as it was written and where the
-/// covariance is missing. Columns of parameters that the estimate lacks are zero.
+/// The rows R over the columns of a model, row by row, and notes where the file was changed and where the covariance is
+/// missing. Columns of parameters that the estimate lacks are zero.
 pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Vec<String>) {
     let p = model.p();
     let column = |id: &ParameterId| model.parameters.iter().position(|own| own.id == *id);
-    // (place in the estimate, place in the model, sigma).
+    // (index in the estimate, index in the model, sigma).
     let known: Vec<(usize, usize, f64)> = estimate
         .parameters
         .iter()
@@ -30,7 +30,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
         .filter_map(|(i, found)| Some((i, column(&found.id)?, found.sigma.filter(|s| s.is_finite() && *s > 0.0)?)))
         .collect();
     let m = known.len();
-    // Scaled to unit deviations: parameters differ by orders of magnitude.
+    // Scaled to unit standard deviations: parameters differ by orders of magnitude.
     let entry = |a: usize, b: usize| {
         let ((i, _, s), (j, _, t)) = (known[a], known[b]);
         estimate.covariance.get(i).and_then(|row| row.get(j)).map_or(f64::NAN, |x| x / (s * t))
@@ -38,7 +38,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
     let correlation = DMatrix::from_fn(m, m, entry);
     let inverse = Cholesky::new(correlation).map(|c| c.inverse()).and_then(Cholesky::new);
     let note = inverse.is_none().then(|| {
-        "the earlier estimate has no covariance that can be used: its deviations are taken as independent, and what it \
+        "the earlier estimate has no covariance that can be used: its errors are taken as independent, and what it \
          says only about sums of parameters is lost (covariance: true in the [options] of identify keeps it)"
             .to_string()
     });
@@ -49,31 +49,31 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
             rows[a * p + c] = upper[(a, b)] / sigma;
         }
     }
-    (rows, estimate.seal.note("[after]").into_iter().chain(note).collect())
+    (rows, estimate.checksum.note("[after]").into_iter().chain(note).collect())
 }
 
-/// Noise of a torque sample at `rate`, Hz, from the residuals; `None` for a joint that has none.
+/// Noise (sigma) of a torque sample at `rate`, Hz, from the residuals, N m (N); `None` for a joint without residuals.
 pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -> Option<f64> {
     let joint = estimate.joints.iter().find(|j| j.coordinate == coordinate)?;
     let band = estimate.cutoff.map_or(1.0, |hz| (rate / (2.0 * hz)).max(1.0));
     Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
 }
 
-/// Friction of an estimate at a coordinate. Parameters that the estimate lacks are taken from the description.
+/// Friction of an estimate at a coordinate. Parameters that the estimate lacks are `described`.
 pub(crate) fn identified_friction(
     estimate: &Estimate,
     coordinate: &str,
-    described: DescribedFriction,
-) -> DescribedFriction {
+    described: NominalFriction,
+) -> NominalFriction {
     let value =
         |parameter, otherwise| estimate.prediction(&ParameterId::friction(parameter, coordinate)).unwrap_or(otherwise);
-    // An asymmetric joint: the greater of its two sides.
+    // For an asymmetric joint: the greater value of the two directions.
     let greater = |forward, backward, otherwise: f64| {
         value(forward, otherwise).abs().max(value(backward, otherwise).abs()).max(otherwise)
     };
     let viscous = value(FrictionParameter::Viscous, described.viscous);
     let coulomb = value(FrictionParameter::Coulomb, described.coulomb).abs();
-    DescribedFriction {
+    NominalFriction {
         viscous: greater(FrictionParameter::ViscousForward, FrictionParameter::ViscousBackward, viscous),
         coulomb: greater(FrictionParameter::CoulombForward, FrictionParameter::CoulombBackward, coulomb),
         offset: value(FrictionParameter::Offset, described.offset),

@@ -2,73 +2,73 @@
 
 use std::path::Path;
 
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::enforced_limits::{EnforcedLimit, enforced, kinds_of_motion_alone};
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
-use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
-use experiments::excitation::ledger::{LowestPoint, MotionLedger};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::Motion;
+use experiments::excitation::motion_claims::{LowestPoint, MotionClaims};
 use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::motion::described::torque_left_out;
 use crate::motion::exciting::identified_torque;
 use crate::motion::known_torque::KnownTorque;
+use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// A certificate made anew.
+/// A certificate that was proved again.
 pub struct Checked {
     /// The limits with their proofs.
     pub certificate: Vec<CertificateRow>,
-    /// What the certificate leaves out.
+    /// Requirements that the certificate does not cover.
     pub left_out: Vec<LeftOut>,
     /// Height of the floor, m.
     pub floor: Option<f64>,
-    /// The lowest point of the links that move, as far as instants show.
+    /// The lowest point of the moving links, searched at discrete instants.
     pub lowest: Option<LowestPoint>,
-    /// What the proof has in hand.
+    /// The margins of the proof.
     pub margins: Margins,
-    /// What else is to be known, in sentences.
+    /// Further remarks, in sentences.
     pub notes: Vec<String>,
     /// The limits that the coordinates are checked against.
     pub limits: Vec<CoordinateLimits>,
-    /// The same limits one by one, each with its origin.
-    pub origins: Vec<HeldLimit>,
+    /// The limits of `limits` one by one, each with its origin.
+    pub origins: Vec<EnforcedLimit>,
 }
 
 impl Checked {
-    /// The certificate with what it leaves out.
-    pub fn ledger(&self) -> MotionLedger<'_> {
+    /// The certificate with the requirements that it does not cover.
+    pub fn claims(&self) -> MotionClaims<'_> {
         let (rows, left_out) = (&self.certificate, &self.left_out);
-        MotionLedger { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
+        MotionClaims { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
     }
 
-    /// Whether every row is proven, and all that the user asked for is looked at.
+    /// Whether every row is proven, and all requirements of the user are checked.
     pub fn is_proven(&self) -> bool {
-        self.ledger().is_kept()
+        self.claims().is_kept()
     }
 
-    /// What speaks against the motion, in sentences.
+    /// Reasons against the motion, in sentences.
     pub fn faults(&self) -> Vec<String> {
-        self.ledger().faults()
+        self.claims().faults()
     }
 }
 
-/// Proves the limits of a motion anew. Of its file only the coefficients and times are taken, and limits where they are
-/// tighter than those of the description and of the request. Torques are those of the description or of the estimate in
-/// the request. `file` stands in messages.
+/// Proves the limits of a motion again. Only coefficients and times are taken from its file, and limits that are tighter
+/// than the limits of the description and of the request. Torques come from the description or from the estimate in the
+/// request. `file` stands in messages.
 ///
-/// A motion is held to the distances and the floor of today's rules, whatever its own certificate lists; a note names what
-/// that does not.
+/// Distances and the floor are checked by the current rules, whatever the motion's own certificate lists; a note names
+/// requirements that are missing there.
 ///
-/// Fails where the motion was made with another model or is none, and where the limits leave no room.
+/// Fails where the motion was made with another model or is no motion, and where the limits exclude every motion.
 pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
     let asked = request.limits.as_ref();
     model.check(file, &artefact.model)?;
@@ -83,7 +83,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
             names.join(", ")
         )));
     }
-    let (limits, origins) = held_limits(model, file, artefact, &motion, asked)?;
+    let (limits, origins) = enforced_limits(model, file, artefact, &motion, asked)?;
     let errors = margins_of(artefact, file, names, asked)?;
     let limits =
         with_margins(&errors, names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", file.display())))?;
@@ -107,22 +107,22 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let certificate = obligations.certificate(&motion);
 
-    // What is left out.
+    // Requirements that the proof leaves out, and assumptions.
     let mut left_out = surroundings.left_out.clone();
     left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
     left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
     left_out.push(LeftOut::approach());
     left_out.extend(margins::left_out(&errors));
-    let seals =
-        [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, &surroundings.gaps)];
-    let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
+    let file_notes =
+        [artefact.checksum.note(file.display()), after_note(request), beyond_own_list(artefact, &surroundings.gaps)];
+    let notes = file_notes.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     let margins = Margins::new(&motion, &certificate, &obligations, &errors, surroundings.mesh_error());
     Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
 }
 
-/// The margins of the user, and what the motion's own file has more.
+/// The margins of the user, and larger ones of the motion's own file.
 fn margins_of(
     artefact: &ExcitingMotion,
     file: &Path,
@@ -134,13 +134,13 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// Where the estimate that tells the torques is not as it was written.
+/// A note where the estimate of the torques was changed after it was written.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
-    request.after.as_ref()?.seal.note("[after]")
+    request.after.as_ref()?.checksum.note("[after]")
 }
 
-/// What the motion's own file says that proves nothing.
-fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
+/// Notes on statements of the motion's own file that prove nothing.
+fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit]) -> Vec<String> {
     let mut notes = Vec::new();
     let space = &artefact.space;
     let is_lenient = !space.own_links || !space.accept.is_empty() || !space.ignored_pairs.is_empty();
@@ -151,7 +151,7 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[HeldLimit]) -
                 .into(),
         );
     }
-    let limits_drives = |row: &HeldLimit| matches!(row.limit, LimitKind::Effort | LimitKind::Power);
+    let limits_drives = |row: &EnforcedLimit| matches!(row.limit, LimitKind::Effort | LimitKind::Power);
     if knows_torque && artefact.effort_share < 1.0 && origins.iter().any(limits_drives) {
         notes.push(format!(
             "effort and power are held to {} of their limits: this is the effort_share of the motion's file",
@@ -161,27 +161,27 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[HeldLimit]) -
     notes
 }
 
-/// The kinds of limits that stand in the motion's file alone.
-fn limits_of_file(origins: &[HeldLimit]) -> Option<LeftOut> {
+/// The kinds of limits that only the motion's file gives.
+fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     let kinds = kinds_of_motion_alone(origins);
     let what =
         "a limit that stands nowhere else is as the motion's file has it, loosened or not ([limits=FILE] gives yours)";
-    (!kinds.is_empty()).then(|| LeftOut::assumed(Matter::Limit, kinds, what, "the motion's file"))
+    (!kinds.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Limit, kinds, what, "the motion's file"))
 }
 
-/// Torques that the motion's file brings along prove nothing: whoever writes the file writes them.
+/// Torques in the motion's file prove nothing, since the author of the file can write any.
 fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<LeftOut> {
     let what = "the motion was made with torques of an estimate, which its file repeats; they prove nothing here \
                 ([after=ESTIMATE] gives them)";
     let of = vec!["a robot with the torques of its description".into()];
     (artefact.identified.is_some() && request.after.is_none())
-        .then(|| LeftOut::assumed(Matter::Effort, of, what, "the description"))
+        .then(|| LeftOut::assumed(LeftOutTopic::Effort, of, what, "the description"))
 }
 
-/// What the certificate of the motion's own file is not about. It is proved here all the same: a file does not say what it
-/// is held to.
+/// A note on gaps that the certificate in the motion's file does not list. They are proved here all the same: a file does
+/// not decide which requirements it has to meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
-    // Certificates of an earlier version name links by those that carry them.
+    // Certificates of an earlier version name a link by the link that carries it.
     let is_listed = |gap: &Gap| {
         let [a, b] = &gap.carriers;
         let mut own = artefact.certificate.iter().filter(|row| row.limit == gap.limit).map(|row| row.subject.as_str());
@@ -196,14 +196,14 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     })
 }
 
-/// The limits of each coordinate, and their origins.
-fn held_limits(
+/// The enforced limits of each coordinate, and their origins.
+fn enforced_limits(
     model: &Model,
     file: &Path,
     artefact: &ExcitingMotion,
     motion: &Motion,
     asked: Option<&LimitsFile>,
-) -> Result<(Vec<CoordinateLimits>, Vec<HeldLimit>), Error> {
+) -> Result<(Vec<CoordinateLimits>, Vec<EnforcedLimit>), Error> {
     let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
     asked.map_or(Ok(()), |asked| asked.check_names(model.regressor().coordinates())).map_err(refused)?;
     let (mut limits, mut origins) = (Vec::new(), Vec::new());
@@ -212,10 +212,10 @@ fn held_limits(
         let name = &joint.coordinate;
         let of_file = asked.map(|asked| given(&coordinate.limits, &asked.of(name), &asked.all)).transpose();
         let of_file = of_file.map_err(|what| refused(format!("coordinate {name}: {what}")))?;
-        let (mut own, rows) = held(name, &joint.limits, &coordinate.limits, of_file.as_ref())
+        let (mut own, rows) = enforced(name, &joint.limits, &coordinate.limits, of_file.as_ref())
             .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
-            // The motion moves a locked coordinate. Its limits of position are then the locked position, and its bodies
+            // The motion moves a locked coordinate: its limits of position are then the locked position, and its bodies
             // count as moving.
             own = CoordinateLimits {
                 position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
@@ -229,10 +229,10 @@ fn held_limits(
     Ok((limits, origins))
 }
 
-/// rad (m): how far rounding may move a locked coordinate.
+/// Motion of a locked coordinate that counts as rounding, rad (m).
 const LOCKED_MOTION_TOLERANCE: f64 = 1e-9;
 
-/// Whether a coordinate that is locked moves, or stands elsewhere.
+/// Whether a locked coordinate moves, or rests at another position.
 fn stirs(coefficients: &[f64], locked: f64) -> bool {
     let swing: f64 = coefficients.iter().skip(1).map(|x| x.abs()).sum();
     let centre = coefficients.first().copied().unwrap_or(locked);

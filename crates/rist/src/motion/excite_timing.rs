@@ -2,98 +2,115 @@
 
 use experiments::excitation::fourier_series::FourierSeries;
 use experiments::excitation::limits::CoordinateLimits;
-use experiments::excitation::motion::Shape;
+use experiments::excitation::motion::MotionShape;
 use experiments::excitation::quintic_spline::QuinticSpline;
 use experiments::motion::sample_count::check_samples;
 
 use crate::error::Error;
-use crate::request::{ExciteRequest, Family};
+use crate::request::{ExciteRequest, MotionFamily};
 
-/// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
-const SAMPLED_INSTANTS: usize = 30;
-/// The highest frequency over the rate: ten samples a period.
+/// Number of instants per period and harmonic: enough to distinguish products of three harmonics.
+const INSTANTS_PER_HARMONIC: usize = 30;
+/// Least number of instants per period of a Fourier series.
+const LEAST_INSTANTS: usize = 100;
+/// Largest frequency over the sampling rate: ten samples per period.
 const HIGHEST_SHARE_OF_RATE: f64 = 0.1;
-/// Instants a span of a spline: what its limits do in between costs less than a hundredth.
-const SPAN_INSTANTS: usize = 10;
+/// Number of instants per span of a spline: between them, limits are exceeded by less than a hundredth.
+const INSTANTS_PER_SPAN: usize = 10;
 
-/// The median over the joints that move.
+/// The median of `of` over the joints that move.
 fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) -> f64 {
     let mut all: Vec<f64> = limits.iter().filter(|l| l.locked.is_none()).map(of).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The period by the limits, s: 5 to 20 s, the longer of two periods, each the median of the joints. In one the
-/// fundamental fills the range of positions at the greatest velocity. In the other the highest harmonic reaches the
+/// Range of the default period, s.
+const SHORTEST_PERIOD_S: f64 = 5.0;
+const LONGEST_PERIOD_S: f64 = 20.0;
+
+/// The default period, s: 5 to 20 s, the longer of two periods, each the median over the joints. With the first, the
+/// fundamental fills the range of positions at the greatest velocity; with the second, the highest harmonic reaches the
 /// greatest velocity and acceleration together.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let turn = std::f64::consts::TAU;
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
     let speed = middle(limits, |l| turn * harmonics as f64 * l.velocity / l.acceleration);
-    room.max(speed).clamp(5.0, 20.0)
+    room.max(speed).clamp(SHORTEST_PERIOD_S, LONGEST_PERIOD_S)
 }
 
-/// Harmonics by which the default period is told, and the least by default.
+/// Number of harmonics for the default period, and least number by default.
 const FEW_HARMONICS: usize = 5;
-/// The most by default.
+/// Largest number of harmonics by default.
 const MANY_HARMONICS: usize = 8;
-/// With more joints that move a search with many harmonics takes minutes.
+/// Number of moving joints up to which more harmonics are used: with more joints such a search takes minutes.
 const FEW_JOINTS: usize = 8;
-/// Beyond the harmonic at which velocity and acceleration reach their limits together, others still tell something.
-const BEYOND_CORNER: f64 = 1.5;
+/// Highest useful frequency over the frequency at which velocity and acceleration reach their limits together.
+const CORNER_FREQUENCY_FACTOR: f64 = 1.5;
 
-/// Harmonics by the limits, 5 to 8: as many as the median joint makes use of in this period. On a UR5 eight tell a quarter
-/// more than five.
+/// The default number of harmonics, 5 to 8: those that the median joint can use in this period. On a UR5, eight give a quarter
+/// more information than five.
 fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usize {
     if limits.iter().filter(|l| l.locked.is_none()).count() > FEW_JOINTS {
         return FEW_HARMONICS;
     }
     let corner = middle(limits, |l| l.acceleration / (std::f64::consts::TAU * l.velocity));
-    let told = (BEYOND_CORNER * corner * period).min(HIGHEST_SHARE_OF_RATE * rate * period);
-    (told.round() as usize).clamp(FEW_HARMONICS, MANY_HARMONICS)
+    let useful_harmonics = (CORNER_FREQUENCY_FACTOR * corner * period).min(HIGHEST_SHARE_OF_RATE * rate * period);
+    (useful_harmonics.round() as usize).clamp(FEW_HARMONICS, MANY_HARMONICS)
 }
 
-/// Spans of a spline by the limits, 8 to 30. Each is one and a half times as long as the median joint takes from rest
-/// to its greatest velocity. The limits would leave more spans nearly idle, and the time of a search grows with their
-/// cube.
+/// Time of a span over the time from rest to the greatest velocity.
+const SPAN_OVER_RISE: f64 = 1.5;
+/// Range of the default number of spans.
+const LEAST_SPANS: f64 = 8.0;
+const LARGEST_SPANS: f64 = 30.0;
+
+/// The default number of spans of a spline, 8 to 30. A span takes 1.5 times the time of the median joint from rest to its
+/// greatest velocity. With more spans the motion in each would be small, and the time of a search grows with the cube of
+/// their number.
 fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     let rise = middle(limits, |l| l.velocity / l.acceleration);
-    (period / (1.5 * rise)).round().clamp(8.0, 30.0) as usize
+    (period / (SPAN_OVER_RISE * rise)).round().clamp(LEAST_SPANS, LARGEST_SPANS) as usize
 }
 
-/// The blend by the limits, s: the longest time from rest to the greatest velocity at four tenths of the greatest
-/// acceleration.
+/// Time of the blend over the time from rest to the greatest velocity at the greatest acceleration.
+const BLEND_OVER_RISE: f64 = 2.5;
+/// Shortest default blend, s.
+const SHORTEST_BLEND_S: f64 = 0.5;
+
+/// The default blend, s: the longest time from rest to the greatest velocity at 0.4 of the greatest acceleration.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
-    moving.map(|l| 2.5 * l.velocity / l.acceleration).fold(0.5, f64::max)
+    moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)
 }
 
-/// The shape, its times rounded to whole numbers of samples, and the number of instants a period that the search looks
-/// at.
+/// The shape, with times rounded to whole numbers of samples, and the number of instants per period that the search
+/// evaluates.
 ///
-/// Fails where the rate is too low for the highest frequency of the shape, and where there are more samples than a file
-/// holds.
-pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
+/// Fails where the rate is too low for the highest frequency of the shape, and where a file cannot hold the number of
+/// samples.
+pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(MotionShape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
     let or_default = |harmonics| whole(request.seconds().unwrap_or_else(|| tenths(default_period(limits, harmonics))));
     let usual_period = or_default(FEW_HARMONICS);
-    // (shape, instants, name of the fastest part, its frequency in Hz).
+    // (shape, number of instants, name of its fastest component, frequency of the component, Hz).
     let (shape, samples, quickest, highest) = match request.family()? {
-        Family::Fourier { blend, harmonics } => {
+        MotionFamily::Fourier { blend, harmonics } => {
             let period = harmonics.map_or(usual_period, or_default);
             let harmonics = harmonics.unwrap_or_else(|| default_harmonics(limits, period, request.rate));
             let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
             let series = FourierSeries { period, blend, harmonics };
-            let samples = (SAMPLED_INSTANTS * harmonics).max(100);
-            (Shape::Fourier(series), samples, "the highest harmonic", harmonics as f64 / period)
+            let samples = (INSTANTS_PER_HARMONIC * harmonics).max(LEAST_INSTANTS);
+            (MotionShape::Fourier(series), samples, "the highest harmonic", harmonics as f64 / period)
         }
-        Family::Spline { spans } => {
+        MotionFamily::Spline { spans } => {
             let period = usual_period;
             let spans = spans.unwrap_or_else(|| default_spans(limits, period));
-            // There and back takes four spans.
+            // One period of the fastest swing takes four spans.
             let highest = spans as f64 / (4.0 * period);
-            (Shape::Spline(QuinticSpline { period, spans }), SPAN_INSTANTS * spans, "a swing of four spans", highest)
+            let shape = MotionShape::Spline(QuinticSpline { period, spans });
+            (shape, INSTANTS_PER_SPAN * spans, "a swing of four spans", highest)
         }
     };
     if highest > HIGHEST_SHARE_OF_RATE * request.rate {

@@ -1,4 +1,4 @@
-//! From a model to one motion that makes its parameters visible, within proved limits.
+//! From a model to one motion that makes its parameters identifiable, within proved limits.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,18 +7,18 @@ use claims::LeftOut;
 use claims::significant;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
-use experiments::excitation::criterion::Aim;
+use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
-use experiments::excitation::ledger::MotionLedger;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use experiments::excitation::margins::{self, Margins, with_margins};
-use experiments::excitation::motion::{Motion, Shape};
+use experiments::excitation::motion::{Motion, MotionShape};
+use experiments::excitation::motion_claims::MotionClaims;
 use experiments::excitation::no_motion::NoMotion;
 use experiments::excitation::problem::Problem;
 use experiments::excitation::proof::IdentifiedTorque;
-use experiments::excitation::search::{Found, can_begin, search};
+use experiments::excitation::search::{StartResult, can_begin, search};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use experiments::simulate::setup::SimulationSetup;
@@ -36,87 +36,88 @@ use crate::describe::adapters::tape_dynamics::dynamics;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::after_estimate::{identified_friction, prior_rows, residual_noise};
-use crate::motion::described::{described_friction, described_values, torque_left_out, torque_noise};
 pub use crate::motion::excite_timing::default_period;
 use crate::motion::excite_timing::timing;
 use crate::motion::kept_room::{KeptRoom, keep_from_ends};
 use crate::motion::known_torque::KnownTorque;
-use crate::motion::no_motion_found::{Refusal, Searched};
+use crate::motion::no_motion_found::{Refusal, SearchedSpace};
+use crate::motion::nominal::{nominal_friction, nominal_values, torque_left_out, torque_noise};
 use crate::motion::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
-/// Arguments: starts done, starts, and a text of the criterion (det^(1/p), or cond_fro) and of the nearest limits.
+/// Arguments: finished starts, number of starts, and a text of the criterion (det^(1/p), or cond_fro) and the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// After an interruption, what is found is proven in this time or not at all: who pressed Ctrl-C waits for the end.
+/// Longest time of the proof after an interruption: the user waits for the end.
 pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_millis(700);
 
 /// Searches for the motion with the greatest determinant of the information (or the least condition number) of the
-/// columns of an identification, and proves its limits. The certificate of the motion says so if the proof fails.
+/// columns of an identification, and proves its limits. If the proof fails, the certificate of the motion says so.
 ///
-/// Links keep the room that a person would want, or what is left of it where no motion is found that does.
+/// Links keep a usual distance, or a smaller one where no motion is found with it.
 ///
-/// Fails where a number of the request makes no motion, and where none is found within the limits. If it is interrupted during
-/// the search, it goes on with the best motion found; if during the proof, it fails.
+/// Fails where a number of the request gives no motion, and where no motion is found within the limits. If it is interrupted
+/// during the search, it continues with the best motion found; during the proof, it fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
     request.check_motion()?;
     let steps = KeptRoom::steps(request);
     let mut floor_is_tried = true;
     for (i, kept) in steps.iter().enumerate() {
-        // Without an assumed floor there is no step that leaves it away.
+        // If the step before assumed no floor, the same step without a floor is not repeated.
         let is_last = i + 1 == steps.len();
         if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
             continue;
         }
         match searched(model, request, (kept, is_last), progress)? {
-            Outcome::Found(found) => return Ok(*found),
-            Outcome::NoPose { floor } => floor_is_tried = floor,
-            Outcome::Refused(refusal) => {
+            SearchOutcome::Found(found) => return Ok(*found),
+            SearchOutcome::NoPose { floor } => floor_is_tried = floor,
+            SearchOutcome::Refused(refusal) => {
                 let proves = |request: &ExciteRequest| {
                     let outcome = searched(model, request, (kept, true), &|_, _, _| ());
-                    matches!(outcome, Ok(Outcome::Found(found)) if found.proven)
+                    matches!(outcome, Ok(SearchOutcome::Found(found)) if found.proven)
                 };
                 return Err(refusal.with_remedies(request, proves));
             }
         }
     }
-    Err(Error::new("no room is left to be kept"))
+    Err(Error::new("no distance remains to be kept"))
 }
 
-/// What comes of a search.
-enum Outcome {
+/// The outcome of a search.
+enum SearchOutcome {
     /// A motion.
     Found(Box<ExcitingMotion>),
-    /// No pose keeps so much room, with a floor or without one.
+    /// No pose keeps this distance, with a floor or without one.
     NoPose { floor: bool },
     /// No motion.
     Refused(Refusal),
 }
 
-/// Searches for a motion that keeps this room; where it is not the last that is tried, only if it is seen soon that there is one.
+/// Searches for a motion that keeps this distance; if other distances follow, only where a pose with it is found quickly.
 fn searched(
     model: &Model,
     request: &ExciteRequest,
     (kept, is_last): (&KeptRoom, bool),
     progress: &ExciteProgress,
-) -> Result<Outcome, Error> {
+) -> Result<SearchOutcome, Error> {
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // A body that always is below a floor that nobody asked for.
+    // Here a body is always below a floor that the request did not ask for.
     if conditions.is_err() && kept.assumes_floor && !is_last {
-        return Interruption::check().map(|()| Outcome::NoPose { floor: true }).map_err(Error::from);
+        return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
     let (conditions, mut notes) = conditions?;
     let Conditions { names, limits, shape, known, surroundings, .. } = &conditions;
-    let torque = known.described(request.effort_share, limits);
-    let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
+    let torque = known.nominal_enclosure(request.effort_share, limits);
+    let barrier = known.torque_barrier(request.effort_share).filter(|_| torque.is_some());
 
-    // The search.
+    // The search. Prior information is divided by the number of samples, because the search counts one period's samples.
     let linear = LinearModel::new(&regressor, &friction, &[]);
     let columns = visible_columns(&linear, limits);
-    let (prior, told) = request.after.as_ref().map_or((vec![], vec![]), |estimate| prior_rows(estimate, &linear));
-    notes.extend(told);
+    let (prior, prior_notes) =
+        request.after.as_ref().map_or((vec![], vec![]), |estimate| prior_rows(estimate, &linear));
+    notes.extend(prior_notes);
     let played = (shape.period() * request.rate).round() * request.repetitions as f64;
     let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / played.sqrt()).collect();
     let problem = Problem {
@@ -125,7 +126,7 @@ fn searched(
         limits,
         noise: &conditions.noise,
         aim: request.criterion,
-        torque: wall.as_ref(),
+        torque: barrier.as_ref(),
         columns: &columns,
         shape: *shape,
         samples: conditions.samples,
@@ -134,67 +135,67 @@ fn searched(
     };
     if !is_last && problem.surroundings.is_some() && !can_begin(&problem, request.seed) {
         Interruption::check()?;
-        return Ok(Outcome::NoPose { floor: surroundings.floor().is_some() });
+        return Ok(SearchOutcome::NoPose { floor: surroundings.floor().is_some() });
     }
-    let report = |done: usize, found: Option<&Found>| {
+    let report = |done: usize, found: Option<&StartResult>| {
         progress(done, request.starts, &progress_text(found, request.criterion, names, &surroundings.gaps))
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
     let found = match found {
         Ok(found) => found,
-        Err(why) => return Ok(Outcome::Refused(conditions.searched().refused(why, &problem))),
+        Err(why) => return Ok(SearchOutcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
-    // The best motion that can be proved, or the best of all if none can; its certificate then says so.
+    // The best motion with a proof, or else the best motion of all; its certificate then says so.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
     let Some(proved) = proved else {
-        return Ok(Outcome::Refused(conditions.searched().refused(NoMotion::NothingToTell, &problem)));
+        return Ok(SearchOutcome::Refused(conditions.searched().refused(NoMotion::NothingToTell, &problem)));
     };
     notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
     notes.extend(kept.note(request, &surroundings.gaps));
     let ProvedMotion { motion, certificate, .. } = &proved;
     let noise = conditions.joint_noise(motion);
-    let seen = visibility(&linear, motion, limits, &noise, &described_values(model, &linear), certificate, &prior);
+    let seen = visibility(&linear, motion, limits, &noise, &nominal_values(model, &linear), certificate, &prior);
     let margins = Margins::new(motion, certificate, &obligations, &conditions.errors, surroundings.mesh_error());
     Interruption::check()?;
-    Ok(Outcome::Found(Box::new(conditions.artefact(proved, noise, seen, margins, notes))))
+    Ok(SearchOutcome::Found(Box::new(conditions.artefact(proved, noise, seen, margins, notes))))
 }
 
-/// What a motion of a model is searched under.
+/// The conditions of a search for a motion.
 struct Conditions<'a> {
     model: &'a Model,
     request: &'a ExciteRequest,
     names: Vec<String>,
-    /// The limits of the request within those of the description.
+    /// The limits of the request within the limits of the description.
     stated: Vec<CoordinateLimits>,
-    /// What the robot may be wrong by.
+    /// Possible errors of the robot.
     errors: ErrorMargins,
-    /// The stated limits, less what the errors take of them.
+    /// The stated limits, reduced by the errors.
     limits: Vec<CoordinateLimits>,
-    shape: Shape,
-    /// Instants of a period at which the search looks.
+    shape: MotionShape,
+    /// Number of instants per period that the search evaluates.
     samples: usize,
     identified: Option<IdentifiedTorque>,
-    /// N m (N) a torque sample, one per coordinate.
+    /// Noise (sigma) of a torque sample, N m (N), one per coordinate.
     noise: Vec<f64>,
     known: KnownTorque<'a>,
     surroundings: RobotSurroundings,
-    /// The room of bodies that the user asks for, and what is kept beside it.
+    /// The limits in space that the user asks for, and the default distances.
     space: SpaceLimits,
     left_out: Vec<LeftOut>,
 }
 
 impl<'a> Conditions<'a> {
-    fn searched(&self) -> Searched<'_> {
+    fn searched(&self) -> SearchedSpace<'_> {
         let Conditions { model, request, names, limits, surroundings, .. } = self;
-        Searched { model, request, names, limits, surroundings }
+        SearchedSpace { model, request, names, limits, surroundings }
     }
 
-    /// Of a request, with notes on them. Fails where they leave no motion, and where the user asked for something at which
-    /// nobody could look.
+    /// The conditions of a request, with notes on them. Fails where they exclude every motion, and where a requirement of the
+    /// user cannot be checked.
     fn new(
         model: &'a Model,
         request: &'a ExciteRequest,
@@ -217,11 +218,11 @@ impl<'a> Conditions<'a> {
         known.check_power(&names, &limits).map_err(of_model)?;
         known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
 
-        // Places that bodies may reach.
+        // Limits in space.
         let (user, own) = (request.space(), SpaceLimits { spacing: kept.spacing, ..SpaceLimits::default() });
         let surroundings =
             RobotSurroundings::on_floor(model, &user, (Some(&own), kept.assumes_floor), &limits, &errors)?;
-        // A floor that is asked for is kept as it is asked for, in a check of the file too.
+        // A floor that the user asks for gets no default distance, so that a check of the file has the same requirement.
         let spacing = own.spacing.filter(|_| user.floor.is_none());
         let space = SpaceLimits { spacing: spacing.or(user.spacing), ..user };
         let mut left_out = surroundings.left_out.clone();
@@ -248,8 +249,8 @@ impl<'a> Conditions<'a> {
         Ok((conditions, notes))
     }
 
-    /// The noise of the torques, and what encoders as a simulation assumes them add to the residuals of the motion. The
-    /// residuals of an earlier estimate already include the encoders.
+    /// The noise of the torques, and the noise that simulated encoders add to the residuals of the motion. The residuals of an
+    /// earlier estimate already include the encoders.
     fn joint_noise(&self, motion: &Motion) -> JointNoise {
         let torque = self.noise.clone();
         match &self.known.parameters {
@@ -263,7 +264,7 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// motion.yaml: the request, the motion, and what is known of it.
+    /// The content of motion.yaml: the request, the motion, its certificate and the information on parameters.
     fn artefact(
         &self,
         proved: ProvedMotion,
@@ -276,14 +277,14 @@ impl<'a> Conditions<'a> {
         let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
             MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
         };
-        // The floor of the base stands in the file as one that was asked for.
+        // An assumed floor is written into the file as a required one.
         let floor = self.surroundings.floor().map(Floor::At).or(self.space.floor);
         let found = ExcitingMotion {
-            seal: Default::default(),
+            checksum: Default::default(),
             model: self.model.reference.clone(),
             rate_hz: self.request.rate,
             period_s: self.shape.period(),
-            blend_s: if let Shape::Fourier(series) = self.shape { Some(series.blend) } else { None },
+            blend_s: if let MotionShape::Fourier(series) = self.shape { Some(series.blend) } else { None },
             repetitions: self.request.repetitions,
             joints: motion.joints.iter().zip(&self.names).zip(&self.stated).map(joint).collect(),
             effort_share: self.request.effort_share,
@@ -303,21 +304,21 @@ impl<'a> Conditions<'a> {
             certificate,
             parameters: seen.parameters,
         };
-        ExcitingMotion { proven: found.ledger().is_kept(), ..found }
+        ExcitingMotion { proven: found.claims().is_kept(), ..found }
     }
 }
 
-/// Fails where the user asked for something at which nobody could look, before a search is lost to it.
+/// Fails before the search where a requirement of the user cannot be checked.
 pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
-    let ledger = MotionLedger { rows: &[], left_out, floor: None, lowest: None };
-    match &ledger.faults()[..] {
+    let claims = MotionClaims { rows: &[], left_out, floor: None, lowest: None };
+    match &claims.faults()[..] {
         [] => Ok(()),
         faults => Err(Error::new(format_args!("{}: {}", model.path.display(), faults.join("; ")))),
     }
 }
 
-/// A note where the search was interrupted. The best motion found is then fitted and proved, unless that is interrupted
-/// too. Fails where none was found.
+/// A note where the search was interrupted. The best motion found is then fitted and proved, unless this is interrupted
+/// too. Fails where no motion was found.
 fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),
@@ -329,7 +330,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// The limits of the request within those of the description, and notes on them.
+/// The limits of the request within the limits of the description, and notes on them.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,
@@ -345,19 +346,19 @@ fn limits_and_notes(
     Ok((limits, notes))
 }
 
-/// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.
+/// The torques of an estimate. Fails where it was made with another model, or lacks parameters of this model.
 pub(crate) fn identified_torque(
     model: &Model,
     names: &[String],
     estimate: &Estimate,
 ) -> Result<IdentifiedTorque, Error> {
     model.check_estimate(Path::new("the earlier estimate"), estimate)?;
-    let described = described_friction(model);
+    let described = nominal_friction(model);
     let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
 }
 
-/// Noise of a torque sample, N m (N), one per coordinate: from an estimate's residuals, or a share of the effort limit.
+/// Noise (sigma) of a torque sample, N m (N), one per coordinate: from an estimate's residuals, or a share of the effort limit.
 fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut Vec<String>) -> Vec<f64> {
     let mut assumed = vec![];
     let shares = torque_noise(model, request.noise, &mut assumed);
@@ -370,11 +371,11 @@ fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut V
     found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
 }
 
-fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]) -> String {
+fn progress_text(found: Option<&StartResult>, aim: SearchObjective, names: &[String], gaps: &[Gap]) -> String {
     let Some(found) = found else { return "no motion within the limits".into() };
     let value = match aim {
-        Aim::Determinant => format!("det^(1/p) {}", significant((-found.criterion).exp(), 4)),
-        Aim::Condition => format!("cond_fro {}", significant(found.criterion.exp(), 4)),
+        SearchObjective::Determinant => format!("det^(1/p) {}", significant((-found.criterion).exp(), 4)),
+        SearchObjective::Condition => format!("cond_fro {}", significant(found.criterion.exp(), 4)),
     };
     let (room, k, limit): (f64, usize, LimitKind) = found.room;
     let torque = found.torque.map(|(share, k, limit)| {

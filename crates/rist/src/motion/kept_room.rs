@@ -1,4 +1,4 @@
-//! The room that a motion keeps without being asked: to the ends of the positions, between links, and to the floor.
+//! The default distances of a motion: to the limits of position, between links, and to the floor.
 
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
@@ -6,25 +6,25 @@ use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use crate::describe::model::Model;
 use crate::request::ExciteRequest;
 
-/// What turning joints keep to the ends of their positions, rad: more than a joint is off by zero and tracking.
-const FROM_ENDS_RAD: f64 = 0.02;
-/// The same as a share of the room of a joint that has little.
+/// Distance of turning joints to their limits of position, rad: larger than usual errors of zero and tracking.
+const DISTANCE_FROM_ENDS_RAD: f64 = 0.02;
+/// Largest such distance as a share of a joint's range, for joints with a small range.
 const SHARE_OF_RANGE: f64 = 0.02;
-/// What links keep between each other and to the floor, m, the first that leaves a motion: what a person would want; half of it,
-/// as a check asks of others; and what is better than nothing.
+/// Distances between links and to the floor, m; the first that allows a motion is used: the usual distance; half of it, which a
+/// check demands of other motions; and a minimum.
 const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
 
-/// The room of bodies that is kept without being asked.
+/// The default distances of bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KeptRoom {
-    /// Whether the plane of the base is a floor of a robot that stands on it.
+    /// Whether the plane of the base is assumed to be the floor.
     pub(crate) assumes_floor: bool,
-    /// Between links and to that floor, or half of the room that they have, m.
+    /// Distance between links and to that floor, m; at most half of the largest possible distance.
     pub(crate) spacing: Option<f64>,
 }
 
 impl KeptRoom {
-    /// What is tried, one after the other.
+    /// The distances that are tried in this order.
     pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
         let space = request.space();
         let spacings = match space.spacing {
@@ -36,7 +36,7 @@ impl KeptRoom {
         with_floor.chain(spacings.iter().map(step(false))).collect()
     }
 
-    /// What is to be said of it, where there are bodies.
+    /// A note on the distances; `None` without bodies.
     pub(crate) fn note(&self, request: &ExciteRequest, gaps: &[Gap]) -> Option<String> {
         let (space, spacing) = (request.space(), self.spacing?);
         let has = |limit: LimitKind| gaps.iter().any(|gap| gap.limit == limit);
@@ -57,8 +57,8 @@ impl KeptRoom {
     }
 }
 
-/// Narrows the positions of turning joints that only the description limits, where no margin of joints is given. Gives what is to
-/// be said of it.
+/// Reduces the limits of position of turning joints that only the description limits, where no margin of joints is given.
+/// Returns a note on it.
 pub(crate) fn keep_from_ends(
     model: &Model,
     request: &ExciteRequest,
@@ -76,13 +76,13 @@ pub(crate) fn keep_from_ends(
             continue;
         }
         let (low, high) = limits.position;
-        let by = FROM_ENDS_RAD.min(SHARE_OF_RANGE * (high - low));
+        let by = DISTANCE_FROM_ENDS_RAD.min(SHARE_OF_RANGE * (high - low));
         limits.position = (low + by, high - by);
         is_any = true;
     }
     is_any.then(|| {
         format!(
-            "joints keep {FROM_ENDS_RAD} rad, or {} % of their room, to the ends of their positions (margins: {{tracking: 0}} in \
+            "joints keep {DISTANCE_FROM_ENDS_RAD} rad, or {} % of their room, to the ends of their positions (margins: {{tracking: 0}} in \
              [limits=FILE] says otherwise)",
             100.0 * SHARE_OF_RANGE
         )

@@ -1,29 +1,29 @@
-//! The torques that a proof and a search go by: of the description or of an identification, with a payload where one may be there.
+//! The torques for a proof and a search: from the description or an identification, with a possible payload.
 
 use experiments::excitation::limits::CoordinateLimits;
-use experiments::excitation::proof::{DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque};
-use experiments::excitation::torque_wall::TorqueWall;
+use experiments::excitation::proof::{DescribedTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+use experiments::excitation::torque_barrier::TorqueBarrier;
 use linear_model::known_load::KnownLoad;
 
 use crate::describe::adapters::torque_enclosure::TorqueEnclosure;
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::motion::described::described_friction;
+use crate::motion::nominal::nominal_friction;
 
 /// The torques known from the description or from an identification.
 pub(crate) struct KnownTorque<'a> {
-    /// `None` where nothing is known.
+    /// `None` where no torque is known.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
     /// Base parameters.
     pub(crate) parameters: Option<Vec<f64>>,
-    /// The same two with a payload that may be there.
+    /// Enclosure and base parameters with a possible payload.
     pub(crate) loaded: Option<(TorqueEnclosure<'a>, Vec<f64>)>,
     /// One per coordinate.
-    pub(crate) friction: Vec<DescribedFriction>,
+    pub(crate) friction: Vec<NominalFriction>,
 }
 
 impl<'a> KnownTorque<'a> {
-    /// The identified torques, or else those of the description.
+    /// The identified torques, or else the nominal torques of the description.
     pub(crate) fn new(model: &'a Model, identified: Option<&IdentifiedTorque>) -> KnownTorque<'a> {
         match identified {
             Some(IdentifiedTorque { parameters, friction }) => KnownTorque {
@@ -34,14 +34,14 @@ impl<'a> KnownTorque<'a> {
             },
             None => KnownTorque {
                 enclosure: TorqueEnclosure::new(model),
-                parameters: model.described_parameters(),
+                parameters: model.nominal_parameters(),
                 loaded: None,
-                friction: described_friction(model),
+                friction: nominal_friction(model),
             },
         }
     }
 
-    /// With a payload that may be there. Fails where the robot has no link that would carry it.
+    /// Adds a possible payload. Fails where the robot has no link that carries it.
     pub(crate) fn with_payload(self, model: &'a Model, payload: Option<&KnownLoad>) -> Result<KnownTorque<'a>, Error> {
         let Some(payload) = payload else { return Ok(self) };
         let added = model.added_by(payload).map_err(|e| Error::new(format_args!("margins: payload: {e}")))?;
@@ -56,13 +56,13 @@ impl<'a> KnownTorque<'a> {
         let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
         limited.map_or(Ok(()), |(name, _)| {
             Err(format!(
-                "the limit of power of {name} needs the torque, which the description does not tell: give it inertial \
+                "the limit of power of {name} needs the torque, which the description does not determine: give it inertial \
                  parameters, or an estimate ([after]), or leave that limit out"
             ))
         })
     }
 
-    /// Fails where dry friction alone takes what a limit of effort leaves.
+    /// Fails where dry friction alone exceeds the allowed share of a limit of effort.
     pub(crate) fn check_friction(
         &self,
         names: &[String],
@@ -71,10 +71,10 @@ impl<'a> KnownTorque<'a> {
     ) -> Result<(), String> {
         let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
             let effort = l.effort.filter(|effort| share * effort <= dry)?;
-            // No share is more than all of it.
+            // A larger share helps only if the whole limit exceeds the friction.
             let or_share = if effort > dry { " or [effort_share]" } else { "" };
             Some(format!(
-                "the effort limit of {name} is {effort}, of which [effort_share] leaves {:.4}, and its dry friction alone takes \
+                "the effort limit of {name} is {effort}, of which [effort_share] allows {:.4}, and its dry friction alone takes \
                  {dry}: raise the limit{or_share}, or correct the friction",
                 share * effort
             ))
@@ -92,17 +92,17 @@ impl<'a> KnownTorque<'a> {
 
     /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
     /// limits.
-    pub(crate) fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
+    pub(crate) fn nominal_enclosure(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
         limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
         let loaded = self.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
         Some(DescribedTorque { torque, friction: self.friction.clone(), share, loaded })
     }
 
-    /// The wall that keeps the search away from the limits of the torque, with the payload where one may be there: it mostly
-    /// asks for more.
-    pub(crate) fn wall(&self, share: f64) -> Option<TorqueWall> {
+    /// The barrier that keeps the search away from the limits of the torque, with the possible payload, which mostly needs more
+    /// torque.
+    pub(crate) fn torque_barrier(&self, share: f64) -> Option<TorqueBarrier> {
         let parameters = self.loaded.as_ref().map(|(_, parameters)| parameters).or(self.parameters.as_ref())?;
-        Some(TorqueWall { parameters: parameters.clone(), friction: self.friction.clone(), share })
+        Some(TorqueBarrier { parameters: parameters.clone(), friction: self.friction.clone(), share })
     }
 }

@@ -1,16 +1,16 @@
-//! Motions and plans of motions: searched, proved, checked, simulated and played.
+//! Motions and plans of motions: search, proof, check, simulation and play.
 
 pub(crate) mod after_estimate;
 pub mod checking;
-pub(crate) mod checking_courses;
-pub(crate) mod described;
+pub(crate) mod checking_trajectories;
 pub(crate) mod excite_timing;
 pub mod exciting;
 pub(crate) mod free_memory;
 pub(crate) mod kept_room;
 pub(crate) mod known_torque;
-pub mod motion_portrait;
+pub mod motion_plot_data;
 pub(crate) mod no_motion_found;
+pub(crate) mod nominal;
 pub(crate) mod plan_permission;
 pub mod planning;
 pub mod play;

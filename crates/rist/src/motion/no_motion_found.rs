@@ -1,7 +1,7 @@
-//! Why a search found no motion, what poses break, and what was tried against it.
+//! Why a search found no motion: the requirements that poses violate, and the remedies that were tried.
 
 use clearance::shown_length::shown_length;
-use experiments::excitation::centre::{Broken, Obstacle, broken_at_poses};
+use experiments::excitation::centre::{Obstacle, ViolatedLimit, broken_at_poses};
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile};
@@ -16,29 +16,31 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::ExciteRequest;
 
-/// Poses by which it is told what stands in the way.
-const COUNTED_POSES: usize = 300;
-/// The commonest that are told.
-const MOST_TOLD: usize = 5;
-/// Share of the poses in which a pair that may be accepted is broken.
-const NEARLY_ALL: f64 = 0.95;
-/// Most coordinates that a remedy locks.
+/// Number of random poses that are tested for violated requirements.
+const TESTED_POSES: usize = 300;
+/// Number of most frequent violations that are named.
+const NAMED_VIOLATIONS: usize = 5;
+/// Least share of the poses in which a pair that may be accepted is too close.
+const ACCEPTED_PAIR_SHARE: f64 = 0.95;
+/// Largest number of coordinates that a remedy locks.
 const MOST_LOCKED: usize = 2;
-/// Starts and iterations of the search that tries a remedy: whether there is a motion that is proven, not the best.
-const TRIAL: (usize, usize) = (2, 10);
+/// Starts of the search that tries a remedy: it needs a proven motion, not the best one.
+const TRIAL_STARTS: usize = 2;
+/// Iterations of this search.
+const TRIAL_ITERATIONS: usize = 10;
 
-/// Seed of the poses that part a pair.
+/// Seed of the random poses in which a pair is separated.
 const POSES_SEED: u64 = 41;
 
-/// Why there is no motion, and what may be tried.
+/// The reason why there is no motion, and remedies to try.
 pub(crate) struct Refusal {
     message: String,
-    /// Requests that may help, as they are printed.
+    /// Requests that may help; their differences are printed.
     candidates: Vec<ExciteRequest>,
 }
 
-/// What was searched.
-pub(crate) struct Searched<'a> {
+/// The conditions of the search that failed.
+pub(crate) struct SearchedSpace<'a> {
     pub model: &'a Model,
     pub request: &'a ExciteRequest,
     pub names: &'a [String],
@@ -46,20 +48,20 @@ pub(crate) struct Searched<'a> {
     pub surroundings: &'a RobotSurroundings,
 }
 
-impl Searched<'_> {
-    /// Why there is no motion.
+impl SearchedSpace<'_> {
+    /// The reason why there is no motion, with remedies.
     pub(crate) fn refused(&self, why: NoMotion, problem: &Problem) -> Refusal {
         let (path, names) = (self.model.path.display(), self.names);
         let message = match why {
             NoMotion::AllLocked => format!("{path}: every coordinate is locked: unlock one in the limits file"),
             NoMotion::NothingToTell => format!(
-                "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
+                "{path}: no motion of the coordinates that are not locked identifies any parameter: unlock more of them"
             ),
             NoMotion::TooSmall { coordinate, limit, swing, speed } => {
                 let slides = self.model.regressor().is_prismatic(coordinate);
                 let unit = |kind: LimitKind| kind.unit(slides);
                 format!(
-                    "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
+                    "{path}: no motion found separates the parameters: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
                      {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
                     names[coordinate],
                     unit(LimitKind::Position),
@@ -67,14 +69,14 @@ impl Searched<'_> {
                 )
             }
             NoMotion::TooWeak { coordinate, limit, share } if problem.surroundings.is_none() => format!(
-                "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
-                 limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
+                "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; within the limits of position no pose is light enough, the {limit} limit or [effort_share] is too small, \
                  or the inertial parameters are too great",
                 names[coordinate],
                 100.0 * share
             ),
             NoMotion::TooWeak { .. } | NoMotion::TooNarrow { .. } => return self.no_free_pose(problem),
         };
+        // Remedies: the usual share of the drives, or locking the slowest coordinate.
         let candidates = match why {
             NoMotion::TooWeak { .. } => self.with_more_effort(),
             NoMotion::TooSmall { coordinate, .. } => vec![self.locking(coordinate)],
@@ -83,7 +85,7 @@ impl Searched<'_> {
         Refusal { message, candidates }
     }
 
-    /// With a coordinate held in the middle of its positions.
+    /// The request with a coordinate locked in the middle of its range.
     fn locking(&self, k: usize) -> ExciteRequest {
         let mut limits = self.request.limits.clone().unwrap_or_default();
         let (low, high) = self.limits[k].position;
@@ -92,38 +94,40 @@ impl Searched<'_> {
         ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
-    /// The usual share of the drives, where less is asked for.
+    /// The request with the default share of the drives, where its own share is smaller.
     fn with_more_effort(&self) -> Vec<ExciteRequest> {
         let usual = ExciteRequest::default().effort_share;
         let request = ExciteRequest { effort_share: usual, ..self.request.clone() };
         if self.request.effort_share < usual { vec![request] } else { vec![] }
     }
 
-    /// What poses break, the commonest first, and limits that may mend it.
+    /// The refusal with the violations at random poses, the most frequent first, and remedies.
     fn no_free_pose(&self, problem: &Problem) -> Refusal {
-        let (free, broken) = broken_at_poses(problem, COUNTED_POSES);
+        // Most frequent violations first.
+        let (free, broken) = broken_at_poses(problem, TESTED_POSES);
         let gaps = &self.surroundings.gaps;
-        let told = |broken: &Broken| match broken.what {
+        let sentence = |broken: &ViolatedLimit| match broken.what {
             Obstacle::Gap(gap) => format!("{} in {}", gaps[gap].in_words(), broken.poses),
             Obstacle::Effort(k) => format!("effort of {} at rest in {}", self.names[k], broken.poses),
         };
-        let all: Vec<String> = broken.iter().take(MOST_TOLD).map(told).collect();
+        let all: Vec<String> = broken.iter().take(NAMED_VIOLATIONS).map(sentence).collect();
         let errors = match self.request.limits.as_ref().is_some_and(|limits| limits.margins != ErrorMargins::default())
         {
             true => " with room for the errors of margins",
             false => "",
         };
-        let more = match broken.len().saturating_sub(MOST_TOLD) {
+        let more = match broken.len().saturating_sub(NAMED_VIOLATIONS) {
             0 => String::new(),
             more => format!("; {more} more in fewer"),
         };
         let message = format!(
-            "{}: no motion was found: of {COUNTED_POSES} poses within the limits {free} keep all of them{errors}; broken are {}{more}; descents \
+            "{}: no motion was found: of {TESTED_POSES} poses within the limits {free} keep all of them{errors}; broken are {}{more}; descents \
              from the zero pose, the middle of the limits and random poses led to none about which a small motion does: either the limits of position leave no place that is free, or the limit is too tight, \
              or the search is not enough",
             self.model.path.display(),
             all.join(", ")
         );
+        // Remedies: other limits in space, and more effort where effort is violated.
         let of_limits = |limits: LimitsFile| ExciteRequest { limits: Some(limits), ..self.request.clone() };
         let mut candidates: Vec<ExciteRequest> = self.candidates(&broken).into_iter().map(of_limits).collect();
         if broken.iter().any(|broken| matches!(broken.what, Obstacle::Effort(_))) {
@@ -132,9 +136,9 @@ impl Searched<'_> {
         Refusal { message, candidates }
     }
 
-    /// Limits that may help: without the distance that is asked for, with the joints held that keep the worst pair apart, with
-    /// pairs accepted that hardly any pose parts.
-    fn candidates(&self, broken: &[Broken]) -> Vec<LimitsFile> {
+    /// Limits that may help: without the required distance, with joints locked that separate the worst pair, with pairs accepted
+    /// that are too close in nearly all poses.
+    fn candidates(&self, broken: &[ViolatedLimit]) -> Vec<LimitsFile> {
         let asked = self.request.limits.clone().unwrap_or_default();
         let mut found = Vec::new();
         if let Some(space) = asked.space.clone().filter(|space| space.distance.is_some()) {
@@ -148,7 +152,7 @@ impl Searched<'_> {
         let pairs: Vec<(usize, usize)> = pairs.collect();
         let Some(&(worst, _)) = pairs.first() else { return found };
         found.extend(self.holding(worst, &asked));
-        let hardly = pairs.iter().filter(|(_, poses)| *poses as f64 >= NEARLY_ALL * COUNTED_POSES as f64);
+        let hardly = pairs.iter().filter(|(_, poses)| *poses as f64 >= ACCEPTED_PAIR_SHARE * TESTED_POSES as f64);
         let hardly: Vec<&Gap> = hardly.map(|(gap, _)| &self.surroundings.gaps[*gap]).collect();
         let accepted = if hardly.is_empty() { vec![&self.surroundings.gaps[worst]] } else { hardly };
         let mut space = asked.space.clone().unwrap_or_default();
@@ -159,7 +163,7 @@ impl Searched<'_> {
         found
     }
 
-    /// The joints that move a pair, held where random poses part it most; `None` where they are many.
+    /// Limits with the joints that move a pair locked in the random pose with the largest distance; `None` with too many joints.
     fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
         let moved_by = self.surroundings.moved_by(gap);
         let free = |k: &usize| self.limits[*k].locked.is_none();
@@ -176,7 +180,7 @@ impl Searched<'_> {
             let surroundings = self.surroundings.some()?;
             surroundings.rooms(q, &vec![0.0; q.len()], &[gap]).first().map(|room| room.reached)
         };
-        let poses = (0..COUNTED_POSES as u64).map(pose);
+        let poses = (0..TESTED_POSES as u64).map(pose);
         let best = poses.max_by(|a, b| room(a).unwrap_or(0.0).total_cmp(&room(b).unwrap_or(0.0)))?;
         let mut file = asked.clone();
         for k in moved_by {
@@ -189,10 +193,11 @@ impl Searched<'_> {
 }
 
 impl Refusal {
-    /// The refusal, with the first of the candidates that leads to a motion that is proven; `proves`: whether a request does.
+    /// The refusal as an error, with the first candidate that leads to a proven motion; `proves`: whether a request does.
     pub(crate) fn with_remedies(self, request: &ExciteRequest, proves: impl Fn(&ExciteRequest) -> bool) -> Error {
         let helps = |candidate: &&ExciteRequest| {
-            let candidate = ExciteRequest { starts: TRIAL.0, iterations: TRIAL.1, ..(*candidate).clone() };
+            let candidate =
+                ExciteRequest { starts: TRIAL_STARTS, iterations: TRIAL_ITERATIONS, ..(*candidate).clone() };
             proves(&candidate) && Interruption::check().is_ok()
         };
         let remedy = self.candidates.iter().find(helps).map(|candidate| words(candidate, request));
@@ -206,7 +211,7 @@ impl Refusal {
     }
 }
 
-/// What a request has more, or less, than the one that was made.
+/// The difference of a request to the original one, in words.
 fn words(candidate: &ExciteRequest, request: &ExciteRequest) -> String {
     if candidate.effort_share != request.effort_share {
         return format!("[effort_share={}]", candidate.effort_share);

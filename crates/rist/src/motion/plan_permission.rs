@@ -1,39 +1,39 @@
-//! Which motions a plan may choose from: those whose torques leave a margin, and whose bodies keep apart.
+//! The motions that a plan may choose from: torques and distances of bodies keep their limits with a margin.
 //!
-//! Looked at are instants of one period, and the way between its ends, which is straight. What happens between them the proof of
-//! the chosen experiments finds ([`crate::motion::planning`]).
+//! Instants of one period are checked, and places on the path between its ends, which is straight. The proof of the chosen
+//! experiments covers the motion between them ([`crate::motion::planning`]).
 
-use experiments::excitation::gap_proof::{Known, Surroundings};
+use experiments::excitation::gap_proof::{GapCache, Surroundings};
 use experiments::excitation::limits::AskedLimits;
-use experiments::excitation::proof::DescribedFriction;
-use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use experiments::excitation::proof::NominalFriction;
+use experiments::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 use experiments::plan::permission::Permission;
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
 use crate::describe::model::Model;
-use crate::motion::described::described_friction;
 use crate::motion::known_torque::KnownTorque;
+use crate::motion::nominal::nominal_friction;
 
-/// Instants of a period at which torques are looked at; between two of them, so that no corner is one.
+/// Number of instants per period at which torques are checked; shifted by half a step, so that none is at a corner.
 const TORQUE_INSTANTS: usize = 64;
-/// The longest way of a coordinate between two places at which bodies are looked at, rad (m).
-const WAY_BETWEEN_PLACES: f64 = 0.1;
-/// Places on the way from one end to the other.
-const PLACES: std::ops::RangeInclusive<usize> = 5..=60;
+/// Largest step of a coordinate between two places at which bodies are checked, rad (m).
+const LARGEST_STEP_RAD_M: f64 = 0.1;
+/// Range of the number of places on the path from one end to the other.
+const PLACES_ON_PATH: std::ops::RangeInclusive<usize> = 5..=60;
 
-/// What the description and the user's limits ask of torques and bodies.
+/// The requirements of the description and of the user's limits on torques and bodies.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
-    /// Base parameters, where the description has them; and those with a payload that may be there.
+    /// Base parameters, where the description has them; and base parameters with a possible payload.
     parameters: Vec<Vec<f64>>,
-    friction: Vec<DescribedFriction>,
-    /// What torque without dry friction may be, one per coordinate, N m (N).
+    friction: Vec<NominalFriction>,
+    /// Largest torque without dry friction, one per coordinate, N m (N).
     most: Vec<Option<f64>>,
     surroundings: &'a RobotSurroundings,
 }
 
 impl<'a> PlanPermission<'a> {
-    /// `share`: of the limits of effort, what a torque may use; `known`: the torques of the description.
+    /// `share`: share of the limits of effort that a torque may use; `known`: the torques of the description.
     pub(crate) fn new(
         model: &'a Model,
         limits: &[AskedLimits],
@@ -41,16 +41,17 @@ impl<'a> PlanPermission<'a> {
         known: &KnownTorque,
         surroundings: &'a RobotSurroundings,
     ) -> PlanPermission<'a> {
-        let friction = described_friction(model);
-        let most = |(l, f): (&AskedLimits, &DescribedFriction)| l.effort.map(|effort| share * effort - f.coulomb.abs());
+        let friction = nominal_friction(model);
+        let most = |(l, f): (&AskedLimits, &NominalFriction)| l.effort.map(|effort| share * effort - f.coulomb.abs());
         let most = limits.iter().zip(&friction).map(most).collect();
         let loaded = known.loaded.as_ref().map(|(_, parameters)| parameters);
         let parameters = known.parameters.iter().chain(loaded).cloned().collect();
         PlanPermission { model, parameters, friction, most, surroundings }
     }
 
-    /// Whether bodies keep apart at a pose and its torques leave a margin. `known`: of the pose before it on a way.
-    fn is_free(&self, q: &[f64], known: &mut Known) -> bool {
+    /// Whether distances of bodies and torques at rest keep their limits at a pose. `known`: distances of the pose before it on
+    /// the path.
+    fn is_free(&self, q: &[f64], known: &mut GapCache) -> bool {
         let mut is_free = true;
         let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
         self.surroundings.near(q, most, known, &mut |gap, room, _| {
@@ -88,17 +89,20 @@ impl Permission for PlanPermission<'_> {
     fn motion(&self, trajectory: &ExcitingTrajectory) -> bool {
         let n = trajectory.centre.len();
         let half: Vec<f64> = match &trajectory.motion {
-            Motion::Swing { half_range, .. } => half_range.clone(),
-            Motion::Sweep { range, .. } => {
+            JointMotion::Swing { half_range, .. } => half_range.clone(),
+            JointMotion::Sweep { range, .. } => {
                 (0..n).map(|k| if k == trajectory.fast { 0.5 * range } else { 0.0 }).collect()
             }
         };
+        // q = centre + share * half range along the straight path, share from -1 to 1.
         let at = |share: f64| -> Vec<f64> { trajectory.centre.iter().zip(&half).map(|(c, h)| c + share * h).collect() };
         let longest = half.iter().fold(0.0_f64, |m, h| m.max(2.0 * h.abs()));
-        let places = ((longest / WAY_BETWEEN_PLACES).ceil() as usize).clamp(*PLACES.start(), *PLACES.end());
-        let on_the_way = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
+        let places = (longest / LARGEST_STEP_RAD_M).ceil() as usize;
+        let places = places.clamp(*PLACES_ON_PATH.start(), *PLACES_ON_PATH.end());
+        let on_the_path = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
+        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2. Sweep: its velocity and acceleration with all signs at each place.
         let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
-            Motion::Swing { profile, period, .. } => {
+            JointMotion::Swing { profile, period, .. } => {
                 let t = *period as f64 * trajectory.sample_time;
                 let of = |i: usize| {
                     let (p, dp, ddp) = profile.at((i as f64 + 0.5) / TORQUE_INSTANTS as f64);
@@ -107,16 +111,16 @@ impl Permission for PlanPermission<'_> {
                 };
                 (0..TORQUE_INSTANTS).map(of).collect()
             }
-            Motion::Sweep { velocity, acceleration, .. } => {
+            JointMotion::Sweep { velocity, acceleration, .. } => {
                 let only = |x: f64| (0..n).map(|k| if k == trajectory.fast { x } else { 0.0 }).collect::<Vec<f64>>();
                 let of = |(i, forth, up): (usize, f64, f64)| {
-                    [at(on_the_way(i)), only(forth * velocity), only(up * acceleration)]
+                    [at(on_the_path(i)), only(forth * velocity), only(up * acceleration)]
                 };
                 let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
                 (0..=places).flat_map(|i| signs.map(|(forth, up)| (i, forth, up))).map(of).collect()
             }
         };
         let mut known = None;
-        self.is_strong_enough(&states) && (0..=places).all(|i| self.is_free(&at(on_the_way(i)), &mut known))
+        self.is_strong_enough(&states) && (0..=places).all(|i| self.is_free(&at(on_the_path(i)), &mut known))
     }
 }

@@ -4,7 +4,7 @@ use claims::significant;
 use experiments::excitation::limits::AskedLimits;
 use experiments::motion::sample_count::check_samples;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, permitted_candidates};
-use experiments::plan::exchange::{Choice, Search};
+use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_count::{bytes_of_choice, count_of_kinds};
 use experiments::plan::proof_search;
@@ -21,7 +21,7 @@ pub use crate::request::PlanRequest;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::checking::Checked;
-use crate::motion::checking_courses::CourseCheck;
+use crate::motion::checking_trajectories::CourseCheck;
 use crate::motion::exciting::{PROOF_AFTER_INTERRUPTION, refuse_what_is_owed};
 use crate::motion::free_memory::free_bytes;
 use crate::motion::plan_permission::PlanPermission;
@@ -31,37 +31,37 @@ use crate::request::{CheckRequest, Request};
 pub struct Planned {
     /// The chosen experiments with their expected information.
     pub plan: ExperimentPlan,
-    /// Sentences on what the description does not say.
+    /// Sentences on assumptions for missing data of the description.
     pub notes: Vec<String>,
     /// The proofs of each experiment, by its name.
     pub checked: Vec<(String, Checked)>,
 }
 
-/// What the limits and rows of one motion take for each coordinate and base parameter, CPU s. Measured on two cores of an AMD
-/// EPYC (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints, 7.5e-6 and
-/// 9.8e-6 for 60 and 200 of a UR5, where it is seconds. Told as a rough figure, and nothing hangs on it.
+/// Time for the limits and rows of one motion, per coordinate and base parameter, CPU s. Measured on two cores of an AMD EPYC
+/// (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints, 7.5e-6 and
+/// 9.8e-6 for 60 and 200 of a UR5, which are seconds. Only for a rough forecast.
 const S_PER_ROWS: f64 = 5e-6;
-/// What one motion takes of the choice for each coordinate and base parameter, in one start for one experiment, CPU s: 12 starts
-/// less one on the same, by the motions that the limits leave: 4.4e-8 on the chain, and less on the UR5.
+/// Time of the choice for one motion, per coordinate, base parameter, start and experiment, CPU s: the time of 12 starts minus
+/// the time of one, over the number of permitted motions: 4.4e-8 on the chain, and less on the UR5.
 const S_PER_CHOICE: f64 = 4e-8;
-/// What takes longer is told before, CPU s.
-const LONG_S: f64 = 60.0;
-/// What is told beside the time of a long choice, bytes.
-const MUCH_MEMORY: f64 = 1e9;
+/// Time above which a forecast is given, CPU s.
+const FORECAST_TIME_S: f64 = 60.0;
+/// Memory above which a forecast contains it, bytes.
+const FORECAST_MEMORY_BYTES: f64 = 1e9;
 
-/// What a plan chooses from, in words, where that takes more than a minute of CPU time; `None` where it does not.
+/// A forecast of the number of motions and of the time of a plan; `None` where it takes less than a minute of CPU time.
 ///
-/// Fails where the choice holds more than the machine has free, as far as the machine says.
-pub fn outlook(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
-    outlook_within(model, request, free_bytes())
+/// Fails where the choice needs more memory than the machine has free, if this is known.
+pub fn cost_forecast(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
+    cost_forecast_within(model, request, free_bytes())
 }
 
-/// The same on a machine with so many bytes free; `None`: nobody knows.
-fn outlook_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
+/// The forecast on a machine with `free` bytes of memory; `None`: unknown.
+fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
     let (n, p) = (model.regressor().coordinates().len(), model.regressor().parameters().len());
     let has_gravity = grid_of(model, request).gravity;
     let kinds = count_of_kinds(n, has_gravity);
-    // No more configurations than the grid has points.
+    // At most one configuration per point of the grid.
     let points = request.steps.checked_pow(u32::try_from(n).unwrap_or(u32::MAX)).unwrap_or(usize::MAX);
     let configurations = request.configurations.min(points);
     let motions = kinds.saturating_mul(configurations);
@@ -78,21 +78,22 @@ fn outlook_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Re
             "{path}: {what}, which take {needs} of memory, and {has} are free: {remedy}"
         )));
     }
-    let memory = if bytes > MUCH_MEMORY { format!(" and {} of memory", gigabytes(bytes)) } else { String::new() };
+    let memory =
+        if bytes > FORECAST_MEMORY_BYTES { format!(" and {} of memory", gigabytes(bytes)) } else { String::new() };
     let minutes = (seconds / 60.0).ceil();
-    Ok((seconds > LONG_S)
+    Ok((seconds > FORECAST_TIME_S)
         .then(|| format!("{what}: the plan takes about {minutes:.0} minutes of CPU time{memory}; {remedy}")))
 }
 
-/// Times that a plan is chosen anew without the experiments whose proof failed.
-const MOST_ROUNDS: usize = 10;
+/// Largest number of choices of a plan, each without the experiments whose proof failed before.
+const LARGEST_NUMBER_OF_CHOICES: usize = 10;
 
-/// Chooses the experiments with the greatest determinant (or the least condition number) of their information, among
-/// those whose torques and bodies keep the limits of the description and of the request, and proves that the chosen ones do.
-/// `progress`: starts done, starts, best value.
+/// Chooses the experiments with the greatest determinant (or the least condition number) of their information, among the
+/// experiments that keep the limits of the description and of the request on torques and bodies, and proves these limits.
+/// `progress`: finished starts, number of starts, best value.
 ///
-/// Fails where a number of the request or a limit of the description is out of range, where the limits leave no
-/// motion, and where the request asks for what nobody can look at. If it is interrupted during the search, it gives the
+/// Fails where a number of the request or a limit of the description is out of range, where the limits exclude every
+/// motion, and where a requirement of the request cannot be checked. If it is interrupted during the search, it returns the
 /// best plan found.
 pub fn plan(
     model: &Model,
@@ -103,17 +104,23 @@ pub fn plan(
     if request.nodes > 0 {
         proof_search::registered().map_err(|why| Error::new(format_args!("[nodes={}]: {why}", request.nodes)))?;
     }
-    outlook(model, request)?;
+    cost_forecast(model, request)?;
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
+    // Candidates keep the limits at instants; the proof decides between them.
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = processor::threads();
-    let search =
-        Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
-    let choice = Choice { count: request.experiments, criterion: request.criterion, search };
+    let search = SearchEffort {
+        starts: request.starts,
+        threads,
+        seed: request.seed,
+        nodes: request.nodes,
+        ..SearchEffort::default()
+    };
+    let choice = ExchangeSettings { count: request.experiments, criterion: request.criterion, search };
     let mut left_out = 0;
-    for _ in 0..MOST_ROUNDS {
+    for _ in 0..LARGEST_NUMBER_OF_CHOICES {
         let (robot, regressor) = (model.reference.clone(), model.regressor());
         let plan = ExperimentPlan::choose(robot, regressor, &candidates, &noise, &choice, progress);
         if Interruption::take() {
@@ -126,6 +133,7 @@ pub fn plan(
         let experiments = plan.trajectories("the plan")?;
         let proofs: Vec<Checked> = experiments.iter().map(|experiment| held.experiment(experiment)).collect();
         Interruption::check()?;
+        // Experiments without a proof are removed from the candidates, and the choice is repeated.
         let failed: Vec<&ExcitingTrajectory> =
             experiments.iter().zip(&proofs).filter(|(_, proof)| !proof.is_proven()).map(|(e, _)| e).collect();
         if failed.is_empty() {
@@ -147,7 +155,7 @@ pub fn plan(
 
 fn no_motion(model: &Model) -> Error {
     Error::new(format_args!(
-        "{}: the limits leave no motion: widen those of position, or raise [steps], or [effort_share] where torques are near \
+        "{}: no motion keeps the limits: widen the limits of position, or raise [steps], or [effort_share] where torques are near \
          their limits; for links that may meet, sign the pair in [limits=FILE]: space: accept: [[LINK, LINK, REASON]]",
         model.path.display()
     ))
@@ -162,15 +170,18 @@ struct Candidates {
     noise: Vec<f64>,
 }
 
-/// From rest to the greatest velocity in this time, where a velocity is given and no acceleration, s.
+/// Assumed time from rest to the greatest velocity, where a velocity is given and no acceleration, s.
 const RISE_S: f64 = 0.3;
 
-/// What the motions of a plan keep: of the description and of the user's file, assumed where neither has a limit.
+/// Noise (sigma) of a torque sample without inertial parameters, N m (N).
+const DEFAULT_TORQUE_NOISE: f64 = 0.1;
+
+/// The limits of the motions of a plan: from the description and the user's file, assumed where neither has a limit.
 fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
     let mut robot = model.robot.clone();
     let mut quick = Vec::new();
     for (coordinate, asked) in robot.coordinates.iter_mut().zip(asked) {
-        // Of positions that are none, or that hold still, nothing is said here.
+        // A locked position gets a range here, so that no note is written on it; the range is replaced below.
         let around = asked.locked.map(|q| (q - 1.0, q + 1.0));
         if asked.acceleration.is_none() && asked.velocity.is_some() {
             quick.push(coordinate.name.clone());
@@ -198,14 +209,14 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
     // Torque noise is a share of the effort, which needs inertial parameters.
-    let noise = match model.described_parameters() {
+    let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);
             SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise
         }
         None => {
             notes.push("no inertial parameters in the file: torque noise of 0.1 N m (N) a sample assumed".into());
-            vec![0.1; limits.len()]
+            vec![DEFAULT_TORQUE_NOISE; limits.len()]
         }
     };
     let grid = grid_of(model, request);
@@ -230,7 +241,7 @@ fn grid_of(model: &Model, request: &PlanRequest) -> CandidateGrid {
     }
 }
 
-/// Refuses more experiments than anybody runs, and more candidates than a machine holds.
+/// Refuses a request with unusable numbers, and experiments with too many samples.
 fn check(request: &PlanRequest) -> Result<(), Error> {
     request.check()?;
     check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("[rate] and [duration]: {e}")))
@@ -240,7 +251,7 @@ fn check(request: &PlanRequest) -> Result<(), Error> {
 mod tests {
     use super::*;
 
-    /// A chain of `n` joints about axes that take turns.
+    /// A chain of `n` joints about the axes x, y, z in turn.
     fn chain(n: usize) -> Model {
         let link = |k: usize| {
             format!(
@@ -265,21 +276,22 @@ mod tests {
     fn a_long_plan_is_told_before() {
         let (short, long) = (chain(4), chain(12));
         let request = PlanRequest::default();
-        assert_eq!(outlook(&short, &request).unwrap(), None);
+        assert_eq!(cost_forecast(&short, &request).unwrap(), None);
         let many = PlanRequest { starts: 100, ..request.clone() };
-        let told = outlook(&long, &many).unwrap().expect("minutes");
-        // 12 of inertia and gravity each, 11 mixed, 12 x 11 with one companion.
-        assert!(told.starts_with("167 kinds of motion about 60 configurations are 10020 motions: "), "{told}");
-        assert!(told.contains(" minutes of CPU time; lower [configurations] or [starts]"), "{told}");
-        // With one start the rows are what takes long, by what is measured of a chain of 14 joints: 80 CPU s.
+        let forecast = cost_forecast(&long, &many).unwrap().expect("minutes");
+        // 12 kinds for inertia and for gravity each, 11 mixed, 12 x 11 with one companion.
+        assert!(forecast.starts_with("167 kinds of motion about 60 configurations are 10020 motions: "), "{forecast}");
+        assert!(forecast.contains(" minutes of CPU time; lower [configurations] or [starts]"), "{forecast}");
+        // With one start the rows take most of the time, measured on a chain of 14 joints: 80 CPU s.
         let few = PlanRequest { starts: 1, ..request.clone() };
-        assert!(outlook(&chain(14), &few).unwrap().is_some_and(|told| told.contains(" 2 minutes of CPU time")));
+        let forecast = cost_forecast(&chain(14), &few).unwrap().expect("minutes");
+        assert!(forecast.contains(" 2 minutes of CPU time"), "{forecast}");
         let endless = PlanRequest { configurations: 100_000, ..request };
-        let refused = outlook_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
+        let refused = cost_forecast_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
         assert!(refused.contains(" GB of memory, and 8 GB are free: lower [configurations]"), "{refused}");
-        // Where nobody knows what is free, it is told.
-        let told = outlook_within(&long, &endless, None).unwrap().expect("hours");
-        assert!(told.contains(" minutes of CPU time and ") && told.contains(" GB of memory; "), "{told}");
+        // Where the free memory is unknown, the forecast contains the memory.
+        let forecast = cost_forecast_within(&long, &endless, None).unwrap().expect("hours");
+        assert!(forecast.contains(" minutes of CPU time and ") && forecast.contains(" GB of memory; "), "{forecast}");
     }
 
     #[test]
@@ -291,10 +303,10 @@ mod tests {
         let held = CourseCheck::of_plans(&model, &of_check).unwrap();
         let candidates = candidates_of(&model, &request, &held).unwrap().candidates;
         let rows: usize = candidates.iter().map(|c| c.raw.len() + c.information.len()).sum();
-        let told = bytes_of_choice(n, p, true, 5);
+        let estimated = bytes_of_choice(n, p, true, 5);
         let five_copies = 2.5 * (rows * p * size_of::<f64>()) as f64;
         assert!(candidates.len() as f64 > 0.9 * (count_of_kinds(n, true) * 5) as f64, "{}", candidates.len());
-        assert!(five_copies <= told && told < 1.5 * five_copies, "{five_copies} {told}");
+        assert!(five_copies <= estimated && estimated < 1.5 * five_copies, "{five_copies} {estimated}");
     }
 
     #[test]

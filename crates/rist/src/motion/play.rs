@@ -10,33 +10,33 @@ use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// What plays it.
+/// The player of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Player {
+pub enum PlayFormat {
     /// A controller that takes points.
     Trajectory(TrajectoryFormat),
     /// URScript, by servoj.
     ServoScript,
 }
 
-/// Set points a second of an e-Series of Universal Robots.
+/// Rate of set points of a Universal Robots e-Series, Hz.
 pub(crate) const UR_E_SERIES_HZ: f64 = 500.0;
-/// Of a CB3.
+/// Rate of set points of a Universal Robots CB3, Hz.
 pub(crate) const UR_CB3_HZ: f64 = 125.0;
 
-impl Player {
-    /// The player that a file is for, by the end of its name: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
+impl PlayFormat {
+    /// The player of a file, by the extension: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
     ///
-    /// Fails on other names, and where URScript is asked for with another robot than one of six joints that turn.
-    pub fn of_file(file: &Path, model: &Model) -> Result<Player, Error> {
+    /// Fails for other extensions, and for URScript where the robot does not have six turning joints.
+    pub fn of_file(file: &Path, model: &Model) -> Result<PlayFormat, Error> {
         let end = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let regressor = model.regressor();
         let n = regressor.coordinates().len();
         match end.as_str() {
-            "csv" => Ok(Player::Trajectory(TrajectoryFormat::Csv)),
-            "yaml" | "yml" => Ok(Player::Trajectory(TrajectoryFormat::RosYaml)),
-            "json" => Ok(Player::Trajectory(TrajectoryFormat::RosJson)),
-            "script" if n == 6 && !(0..n).any(|k| regressor.is_prismatic(k)) => Ok(Player::ServoScript),
+            "csv" => Ok(PlayFormat::Trajectory(TrajectoryFormat::Csv)),
+            "yaml" | "yml" => Ok(PlayFormat::Trajectory(TrajectoryFormat::RosYaml)),
+            "json" => Ok(PlayFormat::Trajectory(TrajectoryFormat::RosJson)),
+            "script" if n == 6 && !(0..n).any(|k| regressor.is_prismatic(k)) => Ok(PlayFormat::ServoScript),
             "script" => Err(Error::new(format_args!(
                 "{}: URScript plays robots with six joints that turn; {} has {n} coordinates",
                 file.display(),
@@ -49,22 +49,22 @@ impl Player {
         }
     }
 
-    /// The text of the file: points at the rate of the motion; set points of URScript at that of a controller, 125 Hz where it is
-    /// the motion's, else 500 Hz.
+    /// The text of the file: points at the rate of the motion; set points of URScript at the rate of a controller, 125 Hz where
+    /// the motion has this rate, otherwise 500 Hz.
     ///
-    /// Fails where it is no motion.
+    /// Fails where the file contains no motion.
     pub fn text(self, motion: &ExcitingMotion) -> Result<String, Error> {
         let found = motion.motion("the motion")?;
         let rate = match self {
-            Player::ServoScript if found.rate == UR_CB3_HZ => UR_CB3_HZ,
-            Player::ServoScript => UR_E_SERIES_HZ,
-            Player::Trajectory(_) => found.rate,
+            PlayFormat::ServoScript if found.rate == UR_CB3_HZ => UR_CB3_HZ,
+            PlayFormat::ServoScript => UR_E_SERIES_HZ,
+            PlayFormat::Trajectory(_) => found.rate,
         };
         let reference = Motion { rate, ..found }.reference();
         let coordinates: Vec<String> = motion.joints.iter().map(|j| j.coordinate.clone()).collect();
         Ok(match self {
-            Player::Trajectory(format) => trajectory_file(&reference, &coordinates, rate, format),
-            Player::ServoScript => servo_script(&reference),
+            PlayFormat::Trajectory(format) => trajectory_file(&reference, &coordinates, rate, format),
+            PlayFormat::ServoScript => servo_script(&reference),
         })
     }
 }

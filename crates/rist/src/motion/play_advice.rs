@@ -1,6 +1,6 @@
-//! What whoever plays a motion does before, between and after: warm-up, repetition, when to stop.
+//! Advice for playing a motion: warm-up, repetition, when to stop.
 //!
-//! Figures are those of the proofs of what is played. Not here: a number of minutes that warm every robot; there is none.
+//! Figures come from the proofs of the played motions. A warm-up time for every robot is not known, so none is given.
 
 use claims::significant;
 use experiments::excitation::limits::LimitKind;
@@ -11,16 +11,17 @@ use experiments::motion::reference_motion::Reference;
 
 use crate::motion::checking::Checked;
 
-/// rad (m): what a set point may step between two plays: the last digit of an encoder of 22 bits.
-const STEP: f64 = 1e-6;
+/// Largest step of a set point between two plays, rad (m): the last digit of an encoder of 22 bits.
+const LARGEST_SET_POINT_STEP_RAD_M: f64 = 1e-6;
 
-/// Sentences on what is played, and on its parts, the motion among them. `names`: of the coordinates.
+/// Sentences of advice. `played`: the set points; `parts`: the proofs of its parts, including `motion`; `names`: the coordinates.
 pub(crate) fn advice(
     motion: &Motion,
     played: &Reference,
     parts: &[(&'static str, Checked)],
     names: &[String],
 ) -> Vec<String> {
+    // Repetition is safe only where the last set point equals the first.
     let jumps = jumps(played, names);
     let again = if jumps.is_empty() {
         "it begins and ends at rest at one pose, so that it can be played again at once".to_string()
@@ -31,31 +32,32 @@ pub(crate) fn advice(
             jumps.join(", ")
         )
     };
-    let mut told = vec![
+    let mut advice_lines = vec![
         "warm-up: friction falls while joints get warm: play it until the torques of two plays one after the other agree, and \
          record then"
             .to_string(),
         format!(
-            "repetition: {again}; a play has {} periods of {} s, and each further play adds as much to what a log tells",
+            "repetition: {again}; a play has {} periods of {} s, and each further play adds as much information to a log",
             motion.repetitions,
             significant(motion.shape.period(), 4)
         ),
     ];
+    // Stop criteria: tracking error, torque, and the distance of a stop.
     let margins = parts.iter().find(|(part, _)| *part == "motion").map(|(_, checked)| &checked.margins);
-    told.extend(margins.map(|margins| stop_where_it_strays(margins, names)));
-    told.extend(stop_where_it_strains(parts, names));
-    told.extend(margins.and_then(stopping));
-    told
+    advice_lines.extend(margins.map(|margins| stop_where_it_strays(margins, names)));
+    advice_lines.extend(stop_where_it_strains(parts, names));
+    advice_lines.extend(margins.and_then(stopping));
+    advice_lines
 }
 
-/// The joints that would jump if it were played again at once, each with how far.
+/// The joints that would jump if the motion were repeated at once, each with the jump, rad (m).
 pub(crate) fn jumps(played: &Reference, names: &[String]) -> Vec<String> {
     let ends = played.q.iter().zip(names).filter_map(|(q, name)| Some((name, q.first()? - q.last()?)));
-    let far = ends.filter(|(_, way)| way.abs() > STEP);
-    far.map(|(name, way)| format!("{name} {}", significant(way, 3))).collect()
+    let far = ends.filter(|(_, jump)| jump.abs() > LARGEST_SET_POINT_STEP_RAD_M);
+    far.map(|(name, jump)| format!("{name} {}", significant(jump, 3))).collect()
 }
 
-/// The proof holds up to the tracking error that it has room for.
+/// Advice on the tracking error, up to which the proof holds.
 fn stop_where_it_strays(margins: &Margins, names: &[String]) -> String {
     let given = |name: &String| margins.errors.tracking_of(name).map(|x| format!("{name} {x}"));
     let given: Option<Vec<String>> = names.iter().map(given).collect();
@@ -72,12 +74,12 @@ fn stop_where_it_strays(margins: &Margins, names: &[String]) -> String {
     }
 }
 
-/// The greatest torques that are proven, over all parts.
+/// Advice on torques: the greatest proven torques over all parts, N m (N).
 fn stop_where_it_strains(parts: &[(&'static str, Checked)], names: &[String]) -> Option<String> {
     let rows = || parts.iter().flat_map(|(_, checked)| &checked.certificate);
     let most = |name: &String| -> Option<String> {
         let own = |row: &&CertificateRow| row.limit == LimitKind::Effort && row.subject == *name;
-        // A limit has its dry friction taken off; what acts has it.
+        // The certificate contains torques without dry friction.
         let torque = rows().filter(own).map(|row| row.nowhere_beyond.abs()).reduce(f64::max)?;
         Some(format!("{name} {}", significant(torque, 3)))
     };
@@ -96,7 +98,7 @@ fn stopping(margins: &Margins) -> Option<String> {
     Some(format!(
         "a stop at the limits of acceleration takes {} up to {} rad (m) farther, in {} s",
         joint.coordinate,
-        significant(joint.way, 2),
+        significant(joint.path, 2),
         significant(joint.time_s, 2)
     ))
 }
@@ -104,15 +106,15 @@ fn stopping(margins: &Margins) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use experiments::excitation::motion::Shape;
+    use experiments::excitation::motion::MotionShape;
     use experiments::excitation::quintic_spline::QuinticSpline;
 
     #[test]
     fn only_what_ends_where_it_begins_is_played_again_at_once() {
-        let shape = Shape::Spline(QuinticSpline { period: 4.0, spans: 9 });
+        let shape = MotionShape::Spline(QuinticSpline { period: 4.0, spans: 9 });
         let motion = Motion { rate: 100.0, repetitions: 2, shape, joints: vec![] };
         let names = ["q1".to_string(), "q2".to_string()];
-        let told = |last: f64| {
+        let advice_lines = |last: f64| {
             let played = Reference { q: vec![vec![0.3, 1.0, 0.3], vec![0.1, 0.5, last]], ..Reference::default() };
             advice(&motion, &played, &[], &names).join("\n")
         };
@@ -125,8 +127,8 @@ mod tests {
                 "one pose",
             ),
         ] {
-            let told = told(last);
-            assert!(told.contains(says) && !told.contains(never), "{last}: {told}");
+            let advice_lines = advice_lines(last);
+            assert!(advice_lines.contains(says) && !advice_lines.contains(never), "{last}: {advice_lines}");
         }
     }
 }

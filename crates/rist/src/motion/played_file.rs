@@ -1,4 +1,4 @@
-//! A file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points that others made.
+//! A file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points from another source.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -6,21 +6,21 @@ use std::sync::OnceLock;
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::experiment_plan::ExperimentPlan;
-use linear_model::artefact::Kind;
+use linear_model::artefact::ArtefactKind;
 use report::experiments::PlanProof;
 use robot::format::read_text;
 
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::checking::{Checked, check};
-use crate::motion::checking_courses::{check_experiments, check_points, efficiency_again};
+use crate::motion::checking_trajectories::{check_experiments, check_points, efficiency_again};
 use crate::request::CheckRequest;
 
-/// What a file holds.
+/// The content of a file.
 pub enum PlayedFile {
-    /// Of `rist excite`.
+    /// A motion of `rist excite`.
     Motion(Box<ExcitingMotion>),
-    /// Of `rist plan`.
+    /// A plan of `rist plan`.
     Plan(Box<ExperimentPlan>),
     /// A JointTrajectory.
     Points(Box<PointTrajectory>),
@@ -28,33 +28,33 @@ pub enum PlayedFile {
     Table(Box<PointTrajectory>),
 }
 
-/// Ends of the names of files that hold text; others are tables.
+/// Extensions of text files; other files are tables.
 const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-/// How far rounding may take what a proof is worth from what its file says.
+/// Largest difference of the D-efficiency of a proof from the value in its file that counts as rounding.
 const EFFICIENCY_ROUNDING: f64 = 1e-9;
 
-/// What a proof in a plan's file is worth.
-pub struct Worth {
-    /// The least D-efficiency that it leaves; `None` where there is no proof that could be found again.
+/// The D-efficiency that a proof in a plan's file guarantees.
+pub struct ProofCheck {
+    /// The lower bound of the D-efficiency; `None` without a proof.
     pub found: Option<f64>,
-    /// Whether the file says no more than that.
+    /// Whether the value in the file is not larger than this bound.
     pub is_kept: bool,
-    /// Both in a sentence.
+    /// A sentence on both.
     pub sentence: String,
 }
 
-/// The certificates of a file, made anew.
+/// The certificates of a file, proved again.
 pub struct CheckedFile {
-    /// One per experiment of a plan, by its name; else one without a name.
+    /// One per experiment of a plan, by its name; otherwise one without a name.
     pub parts: Vec<(String, Checked)>,
-    /// On the file itself.
+    /// Remarks on the file itself.
     pub notes: Vec<String>,
-    /// Of a plan.
-    pub worth: Option<Worth>,
+    /// The D-efficiency, for a plan.
+    pub worth: Option<ProofCheck>,
 }
 
 impl CheckedFile {
-    /// What speaks against the file, in sentences.
+    /// Reasons against the file, in sentences.
     pub fn faults(&self) -> Vec<String> {
         let of = |(name, checked): &(String, Checked)| -> Vec<String> {
             let with_name = |fault: String| if name.is_empty() { fault } else { format!("{name}: {fault}") };
@@ -65,32 +65,32 @@ impl CheckedFile {
     }
 }
 
-/// Readers of points that others made.
+/// Readers of points from other sources.
 #[derive(Clone, Copy)]
 pub struct PointReader {
-    /// Of a file that holds a table, with the coordinates of a model.
+    /// Reads a file with a table, with the coordinates of a model.
     pub of_table: fn(&Model, &Path) -> Result<PointTrajectory, Error>,
-    /// Of the text of a JointTrajectory; the name of its file comes first.
+    /// Reads the text of a JointTrajectory; arguments: name of the file, text.
     pub of_ros: fn(&str, &str) -> Result<PointTrajectory, logs::Error>,
 }
 
 static POINTS: OnceLock<Result<PointReader, &'static str>> = OnceLock::new();
 
-/// Sets the readers, or what is said where there are none; only the first call counts.
+/// Sets the readers, or the error text where none are built in; only the first call counts.
 pub(crate) fn register(points: Result<PointReader, &'static str>) {
     POINTS.get_or_init(|| points);
 }
 
-/// What reads points that others made; `path` stands in messages.
+/// The registered readers of points; `path` stands in messages.
 fn point_reader(path: &Path) -> Result<PointReader, Error> {
     let reader = POINTS.get().copied().unwrap_or(Err("no reader of points is registered"));
     reader.map_err(|why| Error::new(format_args!("{}: points that others made: {why}", path.display())))
 }
 
 impl PlayedFile {
-    /// Reads a file; its content and the end of its name tell what it is.
+    /// Reads a file; its kind follows from its content and its extension.
     ///
-    /// Fails where it is none of them.
+    /// Fails where it has none of the formats.
     pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         if extension.is_some_and(|extension| !TEXTS.contains(&extension.as_str())) || path.is_dir() {
@@ -99,21 +99,21 @@ impl PlayedFile {
         }
         let (file, text) = (path.display().to_string(), read_text(path)?);
         let begins = |word: &str| text.lines().any(|line| line.starts_with(word));
-        Ok(match Kind::of(&text) {
-            Some(Kind::Plan) => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
+        Ok(match ArtefactKind::of(&text) {
+            Some(ArtefactKind::Plan) => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Of a file of before the first line the keys differ.
+            // Files of earlier versions have no first line with the kind: their keys differ.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })
     }
 
-    /// Proves its limits anew; `file` stands in messages.
+    /// Proves its limits again; `file` stands in messages.
     ///
-    /// Fails as [`check`], [`check_points`] and [`check_experiments`] do, and where an interpolation is asked of a file that says
-    /// itself how it moves.
+    /// Fails as [`check`], [`check_points`] and [`check_experiments`] do, and where an interpolation is given for a file that
+    /// defines its motion completely.
     pub fn check(
         &self,
         model: &Model,
@@ -134,19 +134,19 @@ impl PlayedFile {
             }
             PlayedFile::Plan(plan) => Ok(CheckedFile {
                 parts: check_experiments(model, file, plan, request)?,
-                notes: plan.seal.note(file.display()).into_iter().collect(),
-                worth: Some(worth(plan, efficiency_again(model, file, plan)?)),
+                notes: plan.checksum.note(file.display()).into_iter().collect(),
+                worth: Some(proof_check(plan, efficiency_again(model, file, plan)?)),
             }),
         }
     }
 }
 
-/// What is found again of a plan, for a page.
+/// The repeated proofs of a plan, for a page.
 ///
 /// Fails as a check of it does.
 pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<PlanProof, Error> {
     let checked = PlayedFile::Plan(Box::new(plan.clone())).check(model, file, None, &CheckRequest::default())?;
-    let stands = |(name, checked): &(String, Checked)| (name.clone(), checked.ledger().to_string());
+    let stands = |(name, checked): &(String, Checked)| (name.clone(), checked.claims().to_string());
     Ok(PlanProof {
         worth: checked.worth.as_ref().map(|worth| worth.sentence.clone()).unwrap_or_default(),
         experiments: checked.parts.iter().map(stands).collect(),
@@ -154,14 +154,14 @@ pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<P
     })
 }
 
-fn worth(plan: &ExperimentPlan, found: Option<f64>) -> Worth {
+fn proof_check(plan: &ExperimentPlan, found: Option<f64>) -> ProofCheck {
     let said = plan.d_efficiency_at_least;
-    // What is proven again differs from what was written by rounding alone.
+    // A repeated proof differs from the written value only by rounding.
     let is_kept = found.is_none_or(|found| found >= said - EFFICIENCY_ROUNDING);
     let sentence = match found {
         Some(found) if is_kept => format!("proven again: D-efficiency at least {found:.4}"),
-        Some(found) => format!("BROKEN: the file says D-efficiency at least {said:.4}; its proof is worth {found:.4}"),
+        Some(found) => format!("BROKEN: the file says D-efficiency at least {said:.4}; its proof gives {found:.4}"),
         None => format!("the file says: D-efficiency at least {said:.4}; it has no proof that could be found again"),
     };
-    Worth { found, is_kept, sentence }
+    ProofCheck { found, is_kept, sentence }
 }

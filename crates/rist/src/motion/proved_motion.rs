@@ -1,16 +1,16 @@
-//! From what a search found to a motion that is proven, and what the proof costs.
+//! From the motions of a search to a proven motion, and the loss of information by the proof.
 //!
-//! A search looks at torques at instants; between them they are greater. A motion that is made smaller until its torques
-//! are proven loses much where gravity is most of them: then the search goes on with a limit that is lower by what was
-//! missing, and finds another motion.
+//! A search evaluates torques at instants; between them torques are greater. A motion whose amplitudes are reduced until its
+//! torques are proven loses much information where gravity dominates: then the search continues with a limit that is lower by
+//! the excess, and finds another motion.
 
-use experiments::excitation::criterion::Aim;
+use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};
-use experiments::excitation::motion::{Motion, Shape};
+use experiments::excitation::motion::{Motion, MotionShape};
 use experiments::excitation::problem::Problem;
-use experiments::excitation::proof::{CertificateRow, Kept};
-use experiments::excitation::search::{Found, criterion_of, searched_on};
-use experiments::excitation::torque_wall::TorqueWall;
+use experiments::excitation::proof::{CertificateRow, LimitProof};
+use experiments::excitation::search::{StartResult, criterion_of, searched_on};
+use experiments::excitation::torque_barrier::TorqueBarrier;
 use numerics::interruption::Interruption;
 
 use crate::request::ExciteRequest;
@@ -19,37 +19,37 @@ use crate::request::ExciteRequest;
 pub(crate) struct ProvedMotion {
     pub(crate) motion: Motion,
     pub(crate) certificate: Vec<CertificateRow>,
-    /// What it has of det^(1/p) (or 1/cond) of the best motion of the search, at the instants of the search.
+    /// Its det^(1/p) (or 1/cond) over the value of the best motion of the search, at the instants of the search.
     pub(crate) kept_share: f64,
-    /// The greatest torque or power over its limit that instants or a proof of the motion showed, before it was made smaller.
+    /// The greatest ratio of torque or power to its limit, by instants or the proof, before the amplitudes were reduced.
     beyond: f64,
 }
 
-/// Share of the search's best below which the search goes on.
+/// Share of the best criterion below which the search continues.
 const ENOUGH_KEPT: f64 = 0.9;
-/// Times that it goes on.
+/// Largest number of further searches.
 const MOST_SEARCHES_MORE: usize = 2;
-/// What a lower limit is lower than what was missing.
+/// Additional factor of a lower limit, below the limit that would just remove the excess.
 const BELOW_MISSING: f64 = 0.99;
 
-/// The first of the motions that is proven; the first of all where none is. `None` where there are none.
+/// The first proven motion, improved by further searches; the first motion where none is proven. `None` without motions.
 pub(crate) fn proved(
     request: &ExciteRequest,
     problem: &Problem,
     obligations: &Obligations,
-    shape: Shape,
-    found: Vec<Found>,
+    shape: MotionShape,
+    found: Vec<StartResult>,
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
-    // A motion made smaller until it is proven, and the share of the criterion that is left of it.
+    // A motion with amplitudes reduced until it is proven, and its share of the best criterion.
     let fit = |joints: Vec<Vec<f64>>| {
         let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
         ProvedMotion { motion, certificate, kept_share: (best - criterion).exp(), beyond }
     };
-    // The best found that needs no more than that; later ones are fitted only where the first fails.
-    let goes_on = |_: &Found| Interruption::check().is_ok();
+    // The best motion whose reduced version is proven; later ones are tried only where the first fails.
+    let goes_on = |_: &StartResult| Interruption::check().is_ok();
     let mut all = found.into_iter().take_while(goes_on).map(|found| fit(found.joints));
     let first_fit = all.next()?;
     let mut beyond = first_fit.beyond;
@@ -58,14 +58,14 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
-    // Search on from the best, below limits lowered by what its proof was short of.
+    // Further searches start at the best motion, with limits lowered by the excess of its proof.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {
         let is_enough = is_proven(&chosen.certificate) && chosen.kept_share >= ENOUGH_KEPT;
         let Some(wall) = problem.torque.filter(|_| !is_enough && Interruption::check().is_ok()) else { break };
         share *= BELOW_MISSING / beyond;
-        let lower = TorqueWall { share: share * wall.share, ..wall.clone() };
+        let lower = TorqueBarrier { share: share * wall.share, ..wall.clone() };
         let lower = Problem { torque: Some(&lower), ..problem.clone() };
         let Some(again) = searched_on(&lower, request.iterations, request.search().threads, &from) else { break };
         from.clone_from(&again.joints);
@@ -79,21 +79,21 @@ pub(crate) fn proved(
     Some(chosen)
 }
 
-/// What the proof costs, where that is much; else `None`.
-pub(crate) fn cost_note(proved: &ProvedMotion, aim: Aim) -> Option<String> {
+/// A note on the loss of information by the proof, where it is large; otherwise `None`.
+pub(crate) fn cost_note(proved: &ProvedMotion, aim: SearchObjective) -> Option<String> {
     let what = match aim {
-        Aim::Determinant => "det^(1/p)",
-        Aim::Condition => "1/cond_fro",
+        SearchObjective::Determinant => "det^(1/p)",
+        SearchObjective::Condition => "1/cond_fro",
     };
     (proved.kept_share < ENOUGH_KEPT).then(|| {
         format!(
             "the motion has {:.0} % of the {what} of the best one that the search found, which no proof could be given for: \
-             limits of torque that are farther away, or a longer [period], would leave more",
+             limits of torque that are farther away, or a longer [period], would allow more",
             100.0 * proved.kept_share
         )
     })
 }
 
 fn is_proven(rows: &[CertificateRow]) -> bool {
-    rows.iter().all(|r| r.kept == Kept::Proven)
+    rows.iter().all(|r| r.kept == LimitProof::Proven)
 }

@@ -1,4 +1,4 @@
-//! Simulates the experiments of a plan, or an exciting motion, and gives the logs that they would leave.
+//! Simulates the experiments of a plan, or an exciting motion, and returns their logs.
 
 use claims::significant;
 use experiments::excitation::limits::{AskedLimits, LimitKind};
@@ -12,10 +12,10 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
-use experiments::simulate::setup::{self, Asked, MAX_CONTROL_PERIOD_S, SimulationSetup};
+use experiments::simulate::setup::{self, MAX_CONTROL_PERIOD_S, SimulatedMotion, SimulationSetup};
 use expr::Tape;
 use identification::estimate::identified::Identified;
-use linear_model::artefact::Seal;
+use linear_model::artefact::Checksum;
 use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
 use logs::Effort;
 use numerics::interruption::Interruption;
@@ -32,7 +32,7 @@ use crate::motion::exciting::ExcitingMotion;
 use crate::motion::planning::ExperimentPlan;
 use crate::request::Request;
 
-/// What is simulated.
+/// The motions to simulate.
 #[derive(Clone, Copy, Debug)]
 pub enum Motions<'a> {
     /// The experiments of a plan.
@@ -54,11 +54,11 @@ impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
 }
 
 impl Motions<'_> {
-    /// Whether their file is as rist wrote it.
-    fn seal(&self) -> Seal {
+    /// The checksum of their file.
+    fn model_checksum(&self) -> Checksum {
         match self {
-            Motions::Planned(plan) => plan.seal,
-            Motions::Exciting(motion) => motion.seal,
+            Motions::Planned(plan) => plan.checksum,
+            Motions::Exciting(motion) => motion.checksum,
         }
     }
 
@@ -71,27 +71,27 @@ impl Motions<'_> {
     }
 
     /// The motions, each with its name.
-    fn ways(&self) -> Result<Vec<(&str, Way)>, Error> {
+    fn paths(&self) -> Result<Vec<(&str, SimulatedPath)>, Error> {
         match self {
             Motions::Planned(plan) => {
                 let names = plan.experiments.iter().map(|e| e.name.as_str());
-                Ok(names.zip(plan.trajectories("plan")?.into_iter().map(Way::Planned)).collect())
+                Ok(names.zip(plan.trajectories("plan")?.into_iter().map(SimulatedPath::Planned)).collect())
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                // The controller's samples fill the last step of the motion too, however long a slow rate makes it.
+                // The controller also samples the last step of the motion, which is long at a low rate.
                 let (rate, seconds) =
                     (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
                 check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
-                Ok(vec![("motion", Way::Exciting(motion))])
+                Ok(vec![("motion", SimulatedPath::Exciting(motion))])
             }
         }
     }
 }
 
 impl SimulateRequest {
-    /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request knows
-    /// a drive gain, so that they can be identified as they are.
+    /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request gives a drive
+    /// gain, so that they can be identified without gains.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
@@ -100,16 +100,16 @@ impl SimulateRequest {
 
 /// The outcome of a simulation.
 pub struct Simulated {
-    /// The parameters, friction and gains behind the logs.
+    /// The parameters, friction and gains that the logs were simulated with.
     pub truth: Estimate,
-    /// The same behind the logs with the load, where there are some.
+    /// The parameters, friction and gains of the logs with the load, if any.
     pub loaded_truth: Option<Estimate>,
-    /// Sentences on what the description does not say and was assumed.
+    /// Sentences on assumptions for missing data of the description.
     pub notes: Vec<String>,
 }
 
-/// Simulates motions in closed loop, with friction, noise and drive gains; hands over each record with its name: those of
-/// the plan or `motion`, `v01`, .. for validation, `e01_loaded`, .. with the load.
+/// Simulates motions in closed loop, with friction, noise and drive gains; calls `take` with the name and the record of each:
+/// names of the plan or `motion`, `v01`, .. for validation, `e01_loaded`, .. with the load.
 ///
 /// Fails where the description has no inertial parameters or impossible ones, where a limit is out of range, and where
 /// `take` does.
@@ -121,10 +121,10 @@ pub fn simulate<'a>(
 ) -> Result<Simulated, Error> {
     request.check()?;
     let motions = motions.into();
-    let (ways, sample_time, seal) = (motions.ways()?, motions.sample_time(), motions.seal());
+    let (paths, sample_time, checksum) = (motions.paths()?, motions.sample_time(), motions.model_checksum());
     let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
     let without_bodies = "no link has inertial parameters; give standard_parameters to simulate with";
-    let truth = model.described_parameters().ok_or_else(|| refused(without_bodies.into()))?;
+    let truth = model.nominal_parameters().ok_or_else(|| refused(without_bodies.into()))?;
     let dynamics = dynamics_of(model, truth.clone());
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
@@ -132,10 +132,11 @@ pub fn simulate<'a>(
     model.give_gains(&mut setup.drives.gain, &request.gain)?;
     let feedforward = |estimate| Feedforward::new(model, estimate, &setup.drives.gain);
     let feedforward = request.feedforward.as_ref().map(feedforward).transpose()?;
-    let validations: Vec<Way> = (0..request.validation).map(Way::Validation).collect();
-    let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
-    let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
-    motions.extend(validations.iter().enumerate().map(|(k, way)| motion(format!("v{:02}", k + 1), way, false)));
+    let validations: Vec<SimulatedPath> = (0..request.validation).map(SimulatedPath::Validation).collect();
+    let motion = |name: String, path, is_loaded| MotionToSimulate { name, path, is_loaded };
+    let mut motions: Vec<MotionToSimulate> =
+        paths.iter().map(|(name, path)| motion(name.to_string(), path, false)).collect();
+    motions.extend(validations.iter().enumerate().map(|(k, path)| motion(format!("v{:02}", k + 1), path, false)));
     let (mut loaded, mut with_load) = (None, None);
     if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
@@ -143,17 +144,25 @@ pub fn simulate<'a>(
         // The load is known, so the feedforward includes it.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         with_load = Some(plus(&truth));
-        loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
-        motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
+        loaded = Some(SimulationSettings {
+            model,
+            setup: &setup,
+            request,
+            dynamics: dynamics_of(model, plus(&truth)),
+            feedforward,
+        });
+        motions.extend(paths.iter().map(|(name, path)| motion(format!("{name}_loaded"), path, true)));
     }
-    let run = Run { model, setup: &setup, request, dynamics, feedforward };
-    let groups = abreast(&motions);
+    let run = SimulationSettings { model, setup: &setup, request, dynamics, feedforward };
+    let groups = simulated_side_by_side(&motions);
     let records = |_, group: &Vec<usize>| {
         let run = loaded.as_ref().filter(|_| motions[group[0]].is_loaded).unwrap_or(&run);
-        let reference = |index: &usize| match motions[*index].way {
-            Way::Planned(trajectory) => trajectory.reference(),
-            Way::Exciting(motion) => motion.reference(),
-            Way::Validation(number) => validation_motion(&run.setup.limits, sample_time, request.seed, *number),
+        let reference = |index: &usize| match motions[*index].path {
+            SimulatedPath::Planned(trajectory) => trajectory.reference(),
+            SimulatedPath::Exciting(motion) => motion.reference(),
+            SimulatedPath::Validation(number) => {
+                validation_motion(&run.setup.limits, sample_time, request.seed, *number)
+            }
         };
         run.records(group, &group.iter().map(reference).collect::<Vec<Reference>>())
     };
@@ -164,20 +173,23 @@ pub fn simulate<'a>(
             take(name, &whole(name, record, stop)?)
         })
     })?;
-    let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
-    let seals = seal.note("the motion").into_iter().chain(of_feedforward);
-    let seals = seals.chain(ways.iter().flat_map(|(name, way)| beyond_limits(model, name, way)));
-    let notes = seals.chain(setup.notes.iter().cloned()).chain(effort_notes(model, request)).collect();
+    let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.checksum.note("[feedforward]"));
+    let sentences = checksum.note("the motion").into_iter().chain(of_feedforward);
+    let sentences = sentences.chain(paths.iter().flat_map(|(name, path)| beyond_limits(model, name, path)));
+    let notes = sentences.chain(setup.notes.iter().cloned()).chain(effort_notes(model, request)).collect();
     let of = |x: &[f64]| truth_of(model, &setup, x, request.effort(model));
     Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
 }
 
-/// Where the set points of a motion of a file leave the limits of the description, which its simulation does not hold it to.
-fn beyond_limits(model: &Model, name: &str, way: &Way) -> Vec<String> {
-    let reference = match way {
-        Way::Planned(trajectory) => trajectory.reference(),
-        Way::Exciting(motion) => motion.reference(),
-        Way::Validation(_) => return vec![],
+/// Excess of a set point over a limit that counts as rounding, as a share of the range.
+const SET_POINT_ROUNDING_SHARE: f64 = 1e-6;
+
+/// Notes on set points beyond the limits of the description, which the simulation of a motion does not enforce.
+fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String> {
+    let reference = match path {
+        SimulatedPath::Planned(trajectory) => trajectory.reference(),
+        SimulatedPath::Exciting(motion) => motion.reference(),
+        SimulatedPath::Validation(_) => return vec![],
     };
     let (series, kinds) = ([&reference.q, &reference.dq, &reference.ddq], &LimitKind::KINEMATIC[..3]);
     let of = |(k, coordinate): (usize, &robot::Coordinate)| {
@@ -186,8 +198,8 @@ fn beyond_limits(model: &Model, name: &str, way: &Way) -> Vec<String> {
             let (low, high) = described.bounds(*kind)?;
             let beyond = |x: f64| (x - high).max(low - x);
             let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
-            // Set points at a limit are beyond it by their rounding.
-            (beyond(farthest) > 1e-6 * (high - low)).then(|| {
+            // Set points at a limit exceed it by rounding.
+            (beyond(farthest) > SET_POINT_ROUNDING_SHARE * (high - low)).then(|| {
                 let (unit, bound) =
                     (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
                 let [farthest, bound] = [farthest, bound].map(|x| significant(x, 3));
@@ -214,7 +226,7 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
 }
 
-/// Refuses motions for validation that are too long.
+/// Refuses motions for validation with too many samples.
 fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
     let motion = ValidationMotion::default();
     let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
@@ -224,26 +236,29 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// A motion from point to point at the limits, a different one for each number.
+/// Separates the random numbers of validation motions from the random numbers of the noise.
+const VALIDATION_STREAM: u64 = 0x76;
+
+/// A motion from point to point at the limits, with random points for each number.
 fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, number: usize) -> Reference {
     let of = |f: &dyn Fn(&MotionLimits) -> f64| limits.iter().map(f).collect::<Vec<f64>>();
     let position: Vec<(f64, f64)> = limits.iter().map(|l| l.position).collect();
     let (velocity, acceleration) = (of(&|l| l.velocity), of(&|l| l.acceleration));
-    let mut random = Random::stream(seed ^ 0x76, number as u64);
+    let mut random = Random::stream(seed ^ VALIDATION_STREAM, number as u64);
     let motion = ValidationMotion::default();
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
-/// The motions, by their numbers, that are computed side by side: those of one robot, and one with another load is another; at
-/// most as many as a tape computes states.
-fn abreast(motions: &[Motion]) -> Vec<Vec<usize>> {
+/// Groups of motions, by their numbers, that are computed in SIMD lanes: motions of one robot with the same load, at most as
+/// many as a tape has lanes.
+fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     let numbers: Vec<usize> = (0..motions.len()).collect();
     let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
     let even = |of_one: &[usize]| of_one.len().div_ceil(of_one.len().div_ceil(Tape::LANES));
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
-/// The record of a motion that went to its end.
+/// The record of a motion. Fails where its simulation stopped before the end.
 fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
     match stop {
         Stop::End => Ok(record),
@@ -255,22 +270,22 @@ fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
 }
 
 /// A motion to be simulated.
-struct Motion<'a> {
+struct MotionToSimulate<'a> {
     name: String,
-    way: &'a Way,
+    path: &'a SimulatedPath,
     is_loaded: bool,
 }
 
-/// The course of a motion.
-enum Way {
+/// The trajectory of a motion.
+enum SimulatedPath {
     Planned(ExcitingTrajectory),
     Exciting(motion::Motion),
     /// One of the motions for validation, by its number.
     Validation(usize),
 }
 
-/// What motions have in common; each has noise of its own.
-struct Run<'a> {
+/// The common data of motions; each motion has its own noise.
+struct SimulationSettings<'a> {
     model: &'a Model,
     setup: &'a SimulationSetup,
     request: &'a SimulateRequest,
@@ -278,14 +293,15 @@ struct Run<'a> {
     feedforward: Option<Feedforward>,
 }
 
-impl Run<'_> {
+impl SimulationSettings<'_> {
     /// The records of the motions with these numbers.
     fn records(&self, numbers: &[usize], references: &[Reference]) -> Vec<(Record, Stop)> {
         let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
         let feedforward = added.as_ref().map(|f| f as &setup::Feedforward);
         let noise = |number: usize| (!self.request.noise_free).then_some((self.request.seed, number as u64));
-        let asked = |(number, reference): (&usize, _)| Asked { reference, feedforward, noise: noise(*number) };
-        let asked: Vec<Asked> = numbers.iter().zip(references).map(asked).collect();
+        let asked =
+            |(number, reference): (&usize, _)| SimulatedMotion { reference, feedforward, noise: noise(*number) };
+        let asked: Vec<SimulatedMotion> = numbers.iter().zip(references).map(asked).collect();
         self.setup.records(self.dynamics.as_ref(), &asked)
     }
 }
@@ -295,8 +311,8 @@ impl Run<'_> {
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,
-    /// True gain over estimated gain, one per coordinate. The controller commands currents, torque over estimated gain,
-    /// and the true gain turns these into torques.
+    /// True gain over estimated gain, one per coordinate. The controller commands the current = torque / estimated gain, and
+    /// the true gain converts it into the torque.
     factor: Vec<f64>,
 }
 
@@ -307,7 +323,7 @@ impl Feedforward {
         Ok(Feedforward { parameters: model.values(estimate)?, factor })
     }
 
-    /// N m, one series a coordinate.
+    /// Torques of the feedforward, N m (N), one series per coordinate.
     fn torques(&self, model: &Model, reference: &Reference) -> Vec<Vec<f64>> {
         let mut torques = inverse_dynamics(model.regressor(), &self.parameters, reference);
         for (series, factor) in torques.iter_mut().zip(&self.factor) {
@@ -317,7 +333,7 @@ impl Feedforward {
     }
 }
 
-/// The values the logs were made with.
+/// The values that the logs were simulated with.
 fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effort) -> Estimate {
     let regressor = model.regressor();
     let base = |(base, value): (&BaseParameter, &f64)| {
@@ -330,7 +346,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         let unit = id.unit(regressor.is_prismatic(k));
         Identified::given(id, unit, value)
     };
-    // Equation (5) of the paper, by direction: FV and FS alike for both would not be the truth where they differ.
+    // Equation (5) of the paper: FV and FS by direction, since they can differ.
     for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
         let by_direction = [
             (FrictionParameter::ViscousForward, law.viscous_positive),

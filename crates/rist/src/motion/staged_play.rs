@@ -1,12 +1,13 @@
-//! A motion on its way to a robot: slower, from where the robot stands and back, at the period of its controller, all proved.
+//! A motion prepared for a robot: slowed down, with paths from the robot's pose and back, at the rate of its controller, all
+//! proved.
 //!
-//! A motion at the speed s takes 1/s of the time through the same positions: velocities are s times as great, accelerations s^2.
-//! The ways to and fro are straight between the poses, x(u) = 10 u^3 - 15 u^4 + 6 u^5, from rest to rest, as slow as the limits
-//! of the motion ask at that speed.
+//! A motion at the speed s passes the same positions in 1/s of the time: velocities are s times as great, accelerations s^2.
+//! The paths there and back are straight between the poses, x(u) = 10 u^3 - 15 u^4 + 6 u^5, from rest to rest; their duration
+//! follows from the limits of the motion at that speed.
 
 use std::path::Path;
 
-use claims::Matter;
+use claims::LeftOutTopic;
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::motion::Motion;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
@@ -17,36 +18,36 @@ use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::checking::{Checked, check};
-use crate::motion::checking_courses::check_points;
+use crate::motion::checking_trajectories::check_points;
 use crate::motion::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
 use crate::motion::play_advice::{advice, jumps};
-use crate::request::{CheckRequest, Controller, PlayRequest, Request};
+use crate::request::{CheckRequest, PlayRequest, PlayTarget, Request};
 
-/// A motion as a controller plays it.
+/// A motion for a controller.
 pub struct StagedPlay {
     /// The file for the controller.
     pub text: String,
-    /// The head of a log whose columns an identification takes.
+    /// The header of a log with the columns for an identification.
     pub template: String,
-    /// The proofs: of the way there, of the motion, of the way back.
+    /// The proofs of the path there, of the motion, of the path back.
     pub parts: Vec<(&'static str, Checked)>,
-    /// What a user must know.
+    /// Remarks for the user.
     pub notes: Vec<String>,
 }
 
 /// Rate of libfranka's loop, Hz.
 const FRANKA_HZ: f64 = 1000.0;
-/// Greatest velocity, acceleration and jerk of a way of length one in a second.
-const WAY_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
-/// A way takes a little longer than its limits ask, for rounding.
-const WAY_RESERVE: f64 = 1.001;
-/// s: the shortest way.
-const SHORTEST_WAY_S: f64 = 1.0;
+/// Greatest velocity, acceleration and jerk of a path of length 1 in 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
+const PATH_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
+/// Duration of a path over the duration by its limits, for rounding.
+const PATH_DURATION_FACTOR: f64 = 1.001;
+/// Shortest duration of a path, s.
+const SHORTEST_PATH_S: f64 = 1.0;
 
-/// Makes the file of a motion. `file` stands in messages.
+/// Makes the file of a motion for a controller. `file` stands in messages.
 ///
-/// Fails where a number of the request is out of range, where it names no coordinate, where URScript is asked for with another robot
-/// than one of six joints that turn, and as [`check`] does. Whether the limits are kept, the parts say.
+/// Fails where a number of the request is out of range, where it names an unknown coordinate, where URScript is asked for and
+/// the robot does not have six turning joints, and as [`check`] does. The parts say whether the limits are kept.
 pub fn staged_play(
     model: &Model,
     file: &Path,
@@ -56,7 +57,7 @@ pub fn staged_play(
     request.check()?;
     let names = model.regressor().coordinates();
     let (n, slides) = (names.len(), (0..names.len()).any(|k| model.regressor().is_prismatic(k)));
-    if matches!(request.controller, Controller::UrE | Controller::UrCb3) && (n != 6 || slides) {
+    if matches!(request.controller, PlayTarget::UrE | PlayTarget::UrCb3) && (n != 6 || slides) {
         return Err(Error::new(format_args!(
             "[controller]: URScript plays robots with six joints that turn; {} has {n} coordinates",
             model.robot.name
@@ -73,9 +74,9 @@ pub fn staged_play(
     let mut reference = played.reference();
     let ends = [0.0, played.duration()].map(|t| played.at(t).iter().map(|x| x[0]).collect::<Vec<f64>>());
     if request.from.is_empty() && !jumps(&reference, names).is_empty() {
-        let back = Way::new(&ends[1], &ends[0], &slow, request.speed);
-        let checked = back.check(model, file, &of_ways(&asked, motion))?;
-        // A way that is not proven is not played, and the jump is told.
+        let back = Segment::new(&ends[1], &ends[0], &slow, request.speed);
+        let checked = back.check(model, file, &of_segments(&asked, motion))?;
+        // A path without a proof is not played; the advice names the jump.
         if checked.faults().is_empty() {
             parts.push(("way back", checked));
             reference = joined(&reference, &back.reference(played.rate));
@@ -86,20 +87,20 @@ pub fn staged_play(
             .zip(&ends[0])
             .map(|(name, first)| request.from.iter().find(|(given, _)| given == name).map_or(*first, |(_, q)| *q))
             .collect();
-        let there = Way::new(&stands, &ends[0], &slow, request.speed);
-        let back = Way::new(&ends[1], &stands, &slow, request.speed);
-        let asked = of_ways(&asked, motion);
+        let there = Segment::new(&stands, &ends[0], &slow, request.speed);
+        let back = Segment::new(&ends[1], &stands, &slow, request.speed);
+        let asked = of_segments(&asked, motion);
         parts.insert(0, ("way there", there.check(model, file, &asked)?));
         parts.push(("way back", back.check(model, file, &asked)?));
-        // The ways are what a motion alone leaves out.
-        parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != Matter::Approach));
+        // The paths are proved here, so the approach is not left out.
+        parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != LeftOutTopic::Approach));
         reference = joined(&joined(&there.reference(played.rate), &reference), &back.reference(played.rate));
     }
     let advice = advice(&played, &reference, &parts, names);
     let text = match request.controller {
-        Controller::UrE | Controller::UrCb3 => comments(&advice) + &servo_script(&reference),
-        Controller::Franka => trajectory_file(&reference, names, played.rate, TrajectoryFormat::Csv),
-        Controller::Ros2 => {
+        PlayTarget::UrE | PlayTarget::UrCb3 => comments(&advice) + &servo_script(&reference),
+        PlayTarget::Franka => trajectory_file(&reference, names, played.rate, TrajectoryFormat::Csv),
+        PlayTarget::Ros2 => {
             comments(&advice) + &trajectory_file(&reference, names, played.rate, TrajectoryFormat::RosYaml)
         }
     };
@@ -107,15 +108,15 @@ pub fn staged_play(
     Ok(StagedPlay { text, template: template(names), parts, notes })
 }
 
-/// Sentences as comments of URScript and YAML; the reader of a file knows no flags.
+/// Sentences as comments of URScript and YAML, without names of flags, which the reader of the file does not know.
 fn comments(sentences: &[String]) -> String {
     let spelled =
         |line: &String| line.replace("[limits=FILE]", "a limits file").replace("[from]", "a pose to start from");
     sentences.iter().map(|line| format!("# {}\n", spelled(line))).collect()
 }
 
-/// What the ways are held to: accelerations and jerks that nobody else gives are those of the motion, and so are margins.
-fn of_ways(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
+/// The request for the check of the paths: accelerations and jerks without another limit, and margins, come from the motion.
+fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
     if let Some(margins) = &motion.margins {
         let names: Vec<String> = motion.joints.iter().map(|joint| joint.coordinate.clone()).collect();
@@ -136,41 +137,41 @@ fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     let mut slow = motion.clone();
     slow.period_s /= request.speed;
     slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
-    // Amplitudes of velocities; control points are positions.
+    // The coefficients of sine and cosine are amplitudes of velocity; control points are positions and stay.
     let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
     amplitudes.for_each(|x| *x *= request.speed);
     slow.rate_hz = match request.controller {
-        Controller::UrE => UR_E_SERIES_HZ,
-        Controller::UrCb3 => UR_CB3_HZ,
-        Controller::Franka => FRANKA_HZ,
-        Controller::Ros2 => motion.rate_hz,
+        PlayTarget::UrE => UR_E_SERIES_HZ,
+        PlayTarget::UrCb3 => UR_CB3_HZ,
+        PlayTarget::Franka => FRANKA_HZ,
+        PlayTarget::Ros2 => motion.rate_hz,
     };
     slow
 }
 
-/// A straight way from rest to rest.
-struct Way<'a> {
+/// A straight path from rest to rest.
+struct Segment<'a> {
     from: &'a [f64],
     to: &'a [f64],
-    /// s.
+    /// Duration, s.
     duration: f64,
 }
 
-impl<'a> Way<'a> {
-    /// As slow as the limits of the motion ask at this speed.
-    fn new(from: &'a [f64], to: &'a [f64], motion: &ExcitingMotion, speed: f64) -> Way<'a> {
+impl<'a> Segment<'a> {
+    /// The shortest path within the limits of the motion at this speed: T_k = (peak_k length / (limit_k speed^k))^(1/k).
+    fn new(from: &'a [f64], to: &'a [f64], motion: &ExcitingMotion, speed: f64) -> Segment<'a> {
         let needed = |((from, to), joint): ((&f64, &f64), &experiments::excitation::artefact::MotionJoint)| {
             let (length, limits) = ((to - from).abs(), &joint.limits);
-            let powers = [limits.velocity, limits.acceleration, limits.jerk].into_iter().zip(WAY_PEAKS).zip(1..);
+            let powers = [limits.velocity, limits.acceleration, limits.jerk].into_iter().zip(PATH_PEAKS).zip(1..);
             let one = |((limit, peak), k): ((f64, f64), i32)| {
                 (peak * length / (limit * speed.powi(k))).powf(1.0 / f64::from(k))
             };
             powers.map(one).fold(0.0, f64::max)
         };
         let longest = from.iter().zip(to).zip(&motion.joints).map(needed).fold(0.0, f64::max);
-        // Whole samples.
-        let samples = (WAY_RESERVE * longest.max(SHORTEST_WAY_S) * motion.rate_hz).ceil();
-        Way { from, to, duration: samples / motion.rate_hz }
+        // The duration is a whole number of samples.
+        let samples = (PATH_DURATION_FACTOR * longest.max(SHORTEST_PATH_S) * motion.rate_hz).ceil();
+        Segment { from, to, duration: samples / motion.rate_hz }
     }
 
     fn check(&self, model: &Model, file: &Path, asked: &CheckRequest) -> Result<Checked, Error> {
@@ -202,7 +203,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// One after the other, which begins where the first ends.
+/// Two motions one after the other; `then` starts where `first` ends.
 fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();
@@ -219,7 +220,7 @@ fn joined(first: &Reference, then: &Reference) -> Reference {
     }
 }
 
-/// Time, positions, torques.
+/// The header of a log: time, positions, torques.
 fn template(names: &[String]) -> String {
     let columns = ["q", "tau"].iter().flat_map(|what| names.iter().map(move |name| format!("{what}_{name}")));
     let cells: Vec<String> = std::iter::once("t".to_string()).chain(columns).collect();

@@ -1,19 +1,19 @@
-//! What is asked of a description.
+//! Requests on a description.
 
 use robot::convention::Convention;
 
 words! {
-    /// How a model is shown.
+    /// The format in which a model is shown.
     pub enum SheetFormat {
-        /// Lines of a terminal.
+        /// Text for a terminal.
         Text = "text" "",
         /// A page of Markdown.
         Markdown = "markdown" "",
         /// Tables of LaTeX.
         Latex = "latex" "",
-        /// A page.
+        /// A page of HTML.
         Html = "html" "",
-        /// Values.
+        /// All values as JSON.
         Json = "json" "",
     }
 }
@@ -21,11 +21,11 @@ words! {
 words! {
     /// A format of descriptions.
     pub enum DescriptionFormat {
-        /// Of SYMORO.
+        /// The format of SYMORO.
         Par = "par" "",
-        /// Modified Denavit-Hartenberg, as models/ has it.
+        /// Modified Denavit-Hartenberg, the format of the files in models/.
         Yaml = "yaml" "",
-        /// Of ROS.
+        /// The format of ROS.
         Urdf = "urdf" "",
     }
 }
@@ -44,11 +44,11 @@ words! { Convention:
 words! {
     /// A quantity at given states.
     pub enum StateQuantity {
-        /// Y_s.
+        /// Y_s, the regressor of the standard parameters.
         Regressor = "regressor" "tau = Y X of the standard parameters",
-        /// Y.
+        /// Y, the regressor of the base parameters.
         BaseRegressor = "base-regressor" "tau = Y X of the base parameters",
-        /// tau.
+        /// tau, the torque.
         Torque = "torque" "The torque tau itself",
     }
 }

@@ -3,23 +3,23 @@
 use identification::signals::signal_options::possible_delay;
 use serde_json::{Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, last};
 use crate::error::Error;
 
-/// The coordinates that an effect is meant for.
+/// Selector of the coordinates that an effect applies to.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Whose {
-    /// That of every coordinate.
+pub enum JointSelector {
+    /// Every coordinate.
     All,
-    /// That of the coordinate of this name.
+    /// The coordinate of this name.
     Coordinate(String),
 }
 
-/// By how much torques lag positions.
+/// The delay of torques behind positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Delay {
-    /// It is to be found.
+    /// It is estimated.
     Auto,
     /// It is known, s.
     Seconds(f64),
@@ -36,10 +36,10 @@ impl Delay {
 }
 
 impl FieldType for Delay {
-    fn shape() -> Shape {
+    fn shape() -> ValueShape {
         let json = json!({"anyOf": [{"type": "number"}, {"const": "auto"}]});
         let python = "float | Literal[\"auto\"]";
-        Shape::plain("seconds, or auto", python, json, Flag::Number, |text| Delay::of_text(text).map(drop))
+        ValueShape::plain("seconds, or auto", python, json, Flag::Number, |text| Delay::of_text(text).map(drop))
     }
 
     fn of_texts(texts: &[String]) -> Result<Delay, Error> {
@@ -63,15 +63,15 @@ impl FieldType for Delay {
 }
 
 /// `q2`, or `all`.
-fn whose(text: &str) -> Whose {
-    if text == "all" { Whose::All } else { Whose::Coordinate(text.into()) }
+fn joint_selector(text: &str) -> JointSelector {
+    if text == "all" { JointSelector::All } else { JointSelector::Coordinate(text.into()) }
 }
 
-impl FieldType for Vec<Whose> {
-    fn shape() -> Shape {
+impl FieldType for Vec<JointSelector> {
+    fn shape() -> ValueShape {
         let names = json!({"type": "array", "items": {"type": "string"}});
         let json = json!({"anyOf": [{"type": "boolean"}, {"type": "string"}, names]});
-        Shape::plain(
+        ValueShape::plain(
             "true for all joints, or a list of coordinates",
             "bool | str | Sequence[str]",
             json,
@@ -81,43 +81,43 @@ impl FieldType for Vec<Whose> {
     }
 
     fn of_texts(texts: &[String]) -> Result<Self, Error> {
-        Ok(texts.iter().map(|text| whose(text)).collect())
+        Ok(texts.iter().map(|text| joint_selector(text)).collect())
     }
 
     fn of_value(value: &Value) -> Result<Option<Self>, Error> {
         Ok(match value {
-            Value::Bool(true) => Some(vec![Whose::All]),
+            Value::Bool(true) => Some(vec![JointSelector::All]),
             Value::Bool(false) | Value::Null => Some(Vec::new()),
-            Value::String(name) => Some(vec![whose(name)]),
-            Value::Array(names) => names.iter().map(|name| name.as_str().map(whose)).collect(),
+            Value::String(name) => Some(vec![joint_selector(name)]),
+            Value::Array(names) => names.iter().map(|name| name.as_str().map(joint_selector)).collect(),
             _ => None,
         })
     }
 
     fn to_value(&self) -> Value {
-        let name = |whose: &Whose| match whose {
-            Whose::All => "all".to_string(),
-            Whose::Coordinate(name) => name.clone(),
+        let name = |selector: &JointSelector| match selector {
+            JointSelector::All => "all".to_string(),
+            JointSelector::Coordinate(name) => name.clone(),
         };
         if self.is_empty() { json!(false) } else { json!(self.iter().map(name).collect::<Vec<_>>()) }
     }
 }
 
 /// `q2=12`, or `12` for all.
-fn ripple(text: &str) -> Result<(Whose, f64), String> {
+fn ripple(text: &str) -> Result<(JointSelector, f64), String> {
     let (name, number) = text.split_once('=').unwrap_or(("all", text));
     let periods = number.parse().map_err(|_| format!("`{number}` is no number of periods a turn"))?;
-    Ok((whose(name), periods))
+    Ok((joint_selector(name), periods))
 }
 
-impl FieldType for Vec<(Whose, f64)> {
-    fn shape() -> Shape {
+impl FieldType for Vec<(JointSelector, f64)> {
+    fn shape() -> ValueShape {
         let one = json!({"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]});
         let by_name = json!({"type": "object", "additionalProperties": one.clone()});
         let json = json!({"anyOf": [one, by_name, {"type": "null"}]});
         let expected = "periods a turn of all joints, or of some, as {\"q2\": 12} or {\"q2\": [6, 12]}";
         let python = "float | Sequence[float] | Mapping[str, float | Sequence[float]] | None";
-        Shape::plain(expected, python, json, Flag::List, |text| ripple(text).map(drop))
+        ValueShape::plain(expected, python, json, Flag::List, |text| ripple(text).map(drop))
     }
 
     fn of_texts(texts: &[String]) -> Result<Self, Error> {
@@ -130,16 +130,16 @@ impl FieldType for Vec<(Whose, f64)> {
             Some(list) => list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>(),
             None => x.as_f64().map(|one| vec![one]),
         };
-        let of = |whose: Whose, x: &Value| {
-            Some(periods(x)?.into_iter().map(|periods| (whose.clone(), periods)).collect::<Vec<_>>())
+        let of = |selector: JointSelector, x: &Value| {
+            Some(periods(x)?.into_iter().map(|periods| (selector.clone(), periods)).collect::<Vec<_>>())
         };
         Ok(match value {
             Value::Null => Some(Vec::new()),
             Value::Object(by_name) => {
-                let all: Option<Vec<Vec<_>>> = by_name.iter().map(|(name, x)| of(whose(name), x)).collect();
+                let all: Option<Vec<Vec<_>>> = by_name.iter().map(|(name, x)| of(joint_selector(name), x)).collect();
                 all.map(|all| all.concat())
             }
-            for_all => of(Whose::All, for_all),
+            for_all => of(JointSelector::All, for_all),
         })
     }
 
@@ -148,8 +148,8 @@ impl FieldType for Vec<(Whose, f64)> {
             return Value::Null;
         }
         let mut by_name = serde_json::Map::new();
-        for (whose, periods) in self {
-            let name = if let Whose::Coordinate(name) = whose { name.as_str() } else { "all" };
+        for (selector, periods) in self {
+            let name = if let JointSelector::Coordinate(name) = selector { name.as_str() } else { "all" };
             let entry = by_name.entry(name).or_insert_with(|| json!([]));
             if let Some(list) = entry.as_array_mut() {
                 list.push(json!(periods));

@@ -1,4 +1,4 @@
-//! What is asked of a look at logs, at an estimate, at a motion, at sums.
+//! Requests for checks of logs, of estimates and of motions.
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
@@ -6,8 +6,8 @@ use identification::estimate::options::Options;
 
 use super::Range;
 
-/// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
-/// where the paper's figure 2 looks.
+/// Default cut-off of the low-pass on position and torque of motions of a plan, Hz: twice the cut-off of the equations, the
+/// range of the paper's figure 2.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
 request! {

@@ -1,8 +1,8 @@
-//! Which exciting motion is looked for.
+//! The request for an exciting motion.
 
-use experiments::excitation::criterion::Aim;
+use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::limits::LimitsFile;
-use experiments::excitation::motion::{Motion, Shape};
+use experiments::excitation::motion::{Motion, MotionShape};
 use experiments::excitation::search::SearchOptions;
 use experiments::excitation::space_limits::SpaceLimits;
 use identification::estimate::artefact::Estimate;
@@ -13,12 +13,12 @@ use super::{FrictionChoice, Range, Request};
 use crate::error::Error;
 
 words! {
-    /// The functions that a motion is a sum of.
-    pub enum Series {
-        /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
+    /// The family of functions of a motion.
+    pub enum MotionSeries {
+        /// A finite Fourier series between blends: its periods can be averaged, and its spectrum is known.
         Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
-        /// A quintic spline from rest to rest. It loses no time in blends, and its speed may vary along the motion.
-        Spline = "spline" "From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there",
+        /// A quintic spline from rest to rest: it needs no time for blends, and its speed may vary along the motion.
+        Spline = "spline" "From rest to rest: more information in a short time, or within narrow limits; may be quick here and slow there",
     }
 }
 
@@ -26,7 +26,7 @@ request! {
     /// Which motion is looked for.
     pub struct ExciteRequest {
         /// The form of the motion.
-        motion: Series = Series::Fourier;
+        motion: MotionSeries = MotionSeries::Fourier;
         /// Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20].
         period: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
         /// Base frequency, Hz: one over the period.
@@ -52,7 +52,7 @@ request! {
         /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
         friction: Option<FrictionChoice> = None, value_name("TERMS");
         /// What the motion makes best.
-        criterion: Aim = Aim::Determinant;
+        criterion: SearchObjective = SearchObjective::Determinant;
         /// Noise of a torque sample, as a share of the effort limit.
         noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
         /// Starts of the search: a third are random, the others begin near the best so far.
@@ -67,57 +67,57 @@ request! {
     }
 }
 
-/// The form of a motion with what is asked of it.
+/// The family of a motion with its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Family {
-    /// See [`Series::Fourier`].
+pub enum MotionFamily {
+    /// See [`MotionSeries::Fourier`].
     Fourier {
-        /// s from rest to the series; none: by the limits.
+        /// Time from rest to the series, s; `None`: by the limits.
         blend: Option<f64>,
-        /// Number of harmonics; none: by the limits.
+        /// Number of harmonics; `None`: by the limits.
         harmonics: Option<usize>,
     },
-    /// See [`Series::Spline`].
+    /// See [`MotionSeries::Spline`].
     Spline {
-        /// Polynomials that a period is divided into; none: by the limits.
+        /// Number of polynomials per period; `None`: by the limits.
         spans: Option<usize>,
     },
 }
 
 impl ExciteRequest {
-    /// The form of the motion.
+    /// The family of the motion.
     ///
-    /// Fails where an option is of the other form.
-    pub fn family(&self) -> Result<Family, Error> {
+    /// Fails where an option belongs to the other family.
+    pub fn family(&self) -> Result<MotionFamily, Error> {
         let stray = match self.motion {
-            Series::Fourier => [self.spans.map(|_| "spans"), None],
-            Series::Spline => [self.harmonics.map(|_| "harmonics"), self.blend.map(|_| "blend")],
+            MotionSeries::Fourier => [self.spans.map(|_| "spans"), None],
+            MotionSeries::Spline => [self.harmonics.map(|_| "harmonics"), self.blend.map(|_| "blend")],
         };
         match (stray.into_iter().flatten().next(), self.motion) {
-            (Some(field), Series::Fourier) => {
+            (Some(field), MotionSeries::Fourier) => {
                 Err(Error::new(format_args!("[{field}] is of splines: add [motion=spline], or ask for [harmonics]")))
             }
-            (Some(field), Series::Spline) => Err(Error::new(format_args!(
+            (Some(field), MotionSeries::Spline) => Err(Error::new(format_args!(
                 "[{field}] is of Fourier series: a spline starts and ends at rest, and [spans] says how free it is"
             ))),
-            (None, Series::Fourier) => Ok(Family::Fourier { blend: self.blend, harmonics: self.harmonics }),
-            (None, Series::Spline) => Ok(Family::Spline { spans: self.spans }),
+            (None, MotionSeries::Fourier) => Ok(MotionFamily::Fourier { blend: self.blend, harmonics: self.harmonics }),
+            (None, MotionSeries::Spline) => Ok(MotionFamily::Spline { spans: self.spans }),
         }
     }
 
-    /// s; none: by the limits, see [`crate::motion::exciting::default_period`].
+    /// The period, s; `None`: by the limits, see [`crate::motion::exciting::default_period`].
     pub fn seconds(&self) -> Option<f64> {
         self.period.or(self.frequency.map(|hz| 1.0 / hz))
     }
 
     /// The columns of friction.
     ///
-    /// Fails where they are to be chosen by a log, or stand on a measured torque.
+    /// Fails where they need a log or a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }
 
-    /// The columns of friction, where the request makes a motion.
+    /// The columns of friction of a valid request.
     ///
     /// Fails where a number is out of its range, and where options exclude each other.
     pub(crate) fn check_motion(&self) -> Result<Vec<FrictionTerm>, Error> {
@@ -134,13 +134,13 @@ impl ExciteRequest {
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
     }
 
-    /// Where the bodies may be.
+    /// The limits in space of the bodies.
     pub(crate) fn space(&self) -> SpaceLimits {
         self.limits.as_ref().and_then(|limits| limits.space.clone()).unwrap_or_default()
     }
 
     /// The motion of these coefficients.
-    pub(crate) fn motion(&self, shape: Shape, joints: Vec<Vec<f64>>) -> Motion {
+    pub(crate) fn motion(&self, shape: MotionShape, joints: Vec<Vec<f64>>) -> Motion {
         Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
     }
 }

@@ -1,37 +1,37 @@
-//! A field of a request as data: its name, what it says, its default, its range and the words that it takes.
+//! A field of a request as data: its name, its text, its default, its range and its words.
 //!
 //! The fields of a request are written once, by [`request!`](crate::request!). Flags and their help, keywords of Python,
-//! stubs, tables and the JSON schema are made from what stands here.
+//! stubs, tables and the JSON schema are generated from this data.
 
 use serde_json::Value;
 
 use super::range::Range;
-use super::shape::Shape;
+use super::shape::ValueShape;
 use super::types::FieldType;
 
 /// One field of a request.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// As in Rust and Python; a flag has `-` for `_`.
+    /// The name in Rust and Python; a flag has `-` for `_`.
     pub name: &'static str,
-    /// What it says, without a full stop at the end; another field stands in brackets, as `[limits]`.
+    /// Its text, without a full stop at the end; names of other fields stand in brackets, as `[limits]`.
     pub doc: String,
-    /// How values are written.
-    pub shape: Shape,
-    /// The value that it has if it is not given; null: none.
+    /// The form of its values.
+    pub shape: ValueShape,
+    /// Its value if it is not given; null: none.
     pub default: Value,
-    /// Where its numbers lie.
+    /// The range of its numbers.
     pub range: Range,
-    /// What the value of the flag is called in its help; empty: as the field.
+    /// Name of the flag's value in the help; empty: the name of the field.
     pub value_name: &'static str,
     /// The letter of a short flag.
     pub short: Option<char>,
-    /// The heading of the help that it stands below; empty: that of all options.
+    /// The heading in the help; empty: the heading of all options.
     pub heading: &'static str,
 }
 
 impl Field {
-    /// A field of this type, with the lines of its doc comment.
+    /// A field of type `T`, with the lines of its doc comment.
     pub fn new<T: FieldType>(name: &'static str, doc: &[&str], default: &T) -> Field {
         let doc = doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
         Field {
@@ -46,35 +46,35 @@ impl Field {
         }
     }
 
-    /// The same with more words behind what it says.
+    /// Appends `more` to the text of the field.
     pub fn and(self, more: &str) -> Field {
         Field { doc: format!("{} {more}", self.doc), ..self }
     }
 
-    /// The same, where the default is a constant of another crate: the value in place of the name that the doc has for it,
-    /// as `[default: SignalOptions::order]`.
+    /// Replaces the name of the default in the text, as `[default: SignalOptions::order]`, by `value`, for a default that is a
+    /// constant of another crate.
     pub fn default_from(self, value: impl std::fmt::Display) -> Field {
         let (before, behind) = self.doc.split_once("[default: ").expect("a doc that names its default");
         let (_, behind) = behind.split_once(']').expect("a bracket that closes");
         Field { doc: format!("{before}[default: {value}]{behind}"), ..self }
     }
 
-    /// The same in a range.
+    /// Sets the range.
     pub fn range(self, range: impl Into<Range>) -> Field {
         Field { range: range.into(), ..self }
     }
 
-    /// The same with a name of its value.
+    /// Sets the name of the value.
     pub fn value_name(self, value_name: &'static str) -> Field {
         Field { value_name, ..self }
     }
 
-    /// The same with a short flag.
+    /// Sets a short flag.
     pub fn short(self, letter: char) -> Field {
         Field { short: Some(letter), ..self }
     }
 
-    /// The same below a heading.
+    /// Sets the heading.
     pub fn heading(self, heading: &'static str) -> Field {
         Field { heading, ..self }
     }

@@ -1,4 +1,4 @@
-//! Files that a field takes: a command line gives the path, Python the path or the content.
+//! Files as values of a field: a command line gives the path, Python the path or the content.
 
 use std::path::{Path, PathBuf};
 
@@ -8,30 +8,30 @@ use identification::estimate::options::Options;
 use linear_model::known_load::KnownLoad;
 use serde_json::{Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, every_text, last};
 use crate::error::Error;
 
-/// What stands in a file of YAML.
+/// The content of a file of YAML.
 pub trait FileType: Sized {
-    /// Of its text; `file` stands in messages.
+    /// Parses a text; `file` stands in messages.
     fn parse(file: &str, text: &str) -> Result<Self, Error>;
 
-    /// Of a file.
+    /// Reads a file.
     fn read(path: &Path) -> Result<Self, Error> {
         Self::parse(&path.display().to_string(), &robot::format::read_text(path)?)
     }
 }
 
-/// How a file is given.
-pub fn shape(what: &str) -> Shape {
+/// The form of a field that is a file; `what`: name of the content.
+pub fn shape(what: &str) -> ValueShape {
     let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
     let expected = format!("the path of {what}, or its content");
-    let shape = Shape::plain(&expected, "Path | Mapping[str, Any] | None", json, Flag::One, every_text);
-    Shape { is_file: true, ..shape }
+    let shape = ValueShape::plain(&expected, "Path | Mapping[str, Any] | None", json, Flag::One, every_text);
+    ValueShape { is_file: true, ..shape }
 }
 
-/// Of a path, or of what the file would hold; a text with a colon or a line break is the content, as YAML.
+/// Reads a path, or the content of the file; a text with a colon or a line break is the content, as YAML.
 pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
     match value {
         // JSON is YAML.
@@ -44,12 +44,13 @@ pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Err
     }
 }
 
-/// Of the last of these paths.
+/// Reads the last of these paths.
 pub fn of_texts<T: FileType>(texts: &[String]) -> Result<T, Error> {
     T::read(Path::new(last(texts)))
 }
 
-/// Makes a type one of a field that is a file: its name in texts, and its content from a file's name and text.
+/// Makes a type usable for a field that is a file. Arguments: the type, its name in texts, and the function that parses a
+/// file's name and text.
 #[macro_export]
 macro_rules! file_type {
     ($type:ty, $what:literal, $parse:expr) => {
@@ -61,7 +62,7 @@ macro_rules! file_type {
         }
 
         impl $crate::request::FieldType for $type {
-            fn shape() -> $crate::request::Shape {
+            fn shape() -> $crate::request::ValueShape {
                 $crate::request::file::shape($what)
             }
 
@@ -86,7 +87,7 @@ file_type!(Estimate, "an estimate", Estimate::from_yaml);
 
 /// A known load, with the file that it was read from.
 impl FieldType for (PathBuf, KnownLoad) {
-    fn shape() -> Shape {
+    fn shape() -> ValueShape {
         shape("a load")
     }
 

@@ -1,23 +1,23 @@
-//! The friction of a request: terms, or that they are to be chosen.
+//! The friction of a request: given terms, or their automatic choice.
 
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
 /// Friction columns of every joint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrictionChoice {
-    /// The set that best predicts parts of the logs that were left out of the fit.
+    /// The set with the smallest error on held-out segments of the logs.
     Auto,
-    /// These; none: no friction.
+    /// The given terms; empty: no friction.
     Terms(Vec<FrictionTerm>),
 }
 
 impl FrictionChoice {
-    /// Of the words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
+    /// The choice from words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
     fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<FrictionChoice, Error> {
         let words: Vec<&str> = words.into_iter().map(str::trim).collect();
         match words.as_slice() {
@@ -36,7 +36,7 @@ impl FrictionChoice {
         }
     }
 
-    /// The terms; `None` where they are to be chosen.
+    /// The terms; `None` for the automatic choice.
     pub fn terms(&self) -> Option<&[FrictionTerm]> {
         match self {
             FrictionChoice::Auto => None,
@@ -45,9 +45,9 @@ impl FrictionChoice {
     }
 }
 
-/// The terms of an identification whose torques are not there yet; the standard ones where none are asked for.
+/// The terms of an identification before its torques are measured; the standard terms where the request names none.
 ///
-/// Fails where they are to be chosen by a log, stand on a measured torque, or are of a single joint.
+/// Fails for the automatic choice, which needs a log, and for terms that need a measured torque or have a single joint.
 pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
     match asked {
         None => Ok(FrictionTerm::STANDARD.to_vec()),
@@ -65,13 +65,13 @@ pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<Fricti
 }
 
 impl FieldType for FrictionChoice {
-    fn shape() -> Shape {
+    fn shape() -> ValueShape {
         let json = json!({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]});
         let check: fn(&str) -> Result<(), String> = |text| match text {
             "auto" | "none" => Ok(()),
             _ => FrictionTerm::of_word(text).map(drop),
         };
-        Shape::plain(
+        ValueShape::plain(
             "words such as viscous,coulomb,offset, or a list of them",
             "str | Sequence[str]",
             json,
@@ -104,12 +104,12 @@ impl FieldType for FrictionChoice {
     }
 }
 
-/// The word of a term, with every digit of its speed.
-/// Terms as their words, between commas.
+/// The words of terms, between commas.
 pub(super) fn words(terms: &[FrictionTerm]) -> String {
     terms.iter().map(word).collect::<Vec<_>>().join(",")
 }
 
+/// The word of a term, with every digit of its speed.
 fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),

@@ -3,35 +3,35 @@
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
-/// What stands behind a name.
+/// The value of a name.
 trait Named: Sized {
-    /// What all of them are, and their type in Python.
+    /// Description of a list of them, and its type in Python.
     const ALL: [&'static str; 2];
 
     /// The type of one in JSON.
     fn json() -> Value;
 
-    /// One with its name.
+    /// Parses one value with its name.
     fn assigned(text: &str) -> Result<(String, Self), String>;
 
     fn of_value(value: &Value) -> Option<Self>;
 
-    /// `None` where nothing is asked for.
+    /// The value as JSON; `None` where it is the default.
     fn to_value(&self) -> Option<Value>;
 
-    /// What has to lie in the range of the field.
+    /// The number that has to be in the range of the field.
     fn number(&self) -> Option<f64>;
 }
 
 impl<T: Named> FieldType for Vec<(String, T)> {
-    fn shape() -> Shape {
+    fn shape() -> ValueShape {
         let json = json!({"anyOf": [{"type": "object", "additionalProperties": T::json()}, {"type": "null"}]});
         let [expected, python] = T::ALL;
-        Shape::plain(expected, python, json, Flag::List, |text| T::assigned(text).map(drop))
+        ValueShape::plain(expected, python, json, Flag::List, |text| T::assigned(text).map(drop))
     }
 
     fn of_texts(texts: &[String]) -> Result<Self, Error> {
@@ -123,7 +123,7 @@ impl Named for Gain {
         json!({"anyOf": [{"type": "number"}, pair]})
     }
 
-    /// `q1=2.4`, or `q5=11+-2`: near 11.
+    /// `q1=2.4`, or `q5=11+-2`: near 11, with a standard deviation of 2.
     fn assigned(text: &str) -> Result<(String, Gain), String> {
         let (value, deviation) = text.split_once("+-").map_or((text, None), |(gain, d)| (gain, Some(d)));
         let (name, value) = f64::assigned(value)?;
@@ -132,7 +132,7 @@ impl Named for Gain {
             Some(Ok(deviation)) if deviation > 0.0 && deviation.is_finite() => {
                 Ok((name, Gain::Expected(value, deviation)))
             }
-            Some(_) => Err(format!("`{text}`: a positive deviation is expected behind +-")),
+            Some(_) => Err(format!("`{text}`: a positive sigma is expected behind +-")),
         }
     }
 

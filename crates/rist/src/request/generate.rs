@@ -1,4 +1,4 @@
-//! What source is written of a robot.
+//! The request for source code of a robot.
 
 use std::path::PathBuf;
 
@@ -7,9 +7,9 @@ use modeling::RobotFunction;
 words! {
     /// The language of source.
     pub enum SourceLanguage {
-        /// Of one file.
+        /// One file.
         Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
-        /// Of a source file and a header.
+        /// A source file and a header.
         C = "c" "C99: a header and a source file that need math.h",
     }
 }
@@ -31,7 +31,7 @@ request! {
     }
 }
 
-/// All that can be asked for beside the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
+/// All functions except the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
 pub fn function_names() -> String {
     let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
     let mut names: Vec<String> = RobotFunction::words().skip(1).map(name).collect();

@@ -1,4 +1,4 @@
-//! What is asked of an identification: one request a family of methods, which share what they have in common.
+//! Requests for an identification: one per family of methods; common fields are shared.
 //!
 //! | method | request |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | `rist-mh` | [`HarmonicRequest`] |
 //! | `iv`, `didim` | [`ClosedLoopRequest`] |
 //!
-//! A field that stands in the request of a method is an option of it, and of no other.
+//! A method has exactly the fields of its request as options.
 
 use std::path::PathBuf;
 
@@ -20,15 +20,15 @@ use linear_model::friction::terms::FrictionTerm;
 use linear_model::known_load::KnownLoad;
 use logs::ColumnNames;
 
-use super::effect::{Delay, Whose};
+use super::effect::{Delay, JointSelector};
 use super::friction::words;
-use super::unknowns::Unknown;
+use super::unknowns::UnknownKind;
 use super::{FrictionChoice, Range};
 use crate::error::Error;
 
-/// Headings of the help.
-/// The heading of the help for what a method is.
+/// Heading of the help for options of a method.
 pub const METHOD: &str = "Method";
+/// Further headings of the help.
 const SIGNALS: &str = "Signals";
 const BODIES: &str = "Bodies and loads";
 
@@ -73,7 +73,7 @@ request! {
         gain: Vec<(String, Gain)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN"), heading(METHOD);
         /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
         /// deviation, and the option or line of the URDF that mends it.
-        unknowns: Vec<Unknown> = Vec::new(), value_name("KINDS"), heading(METHOD);
+        unknowns: Vec<UnknownKind> = Vec::new(), value_name("KINDS"), heading(METHOD);
         /// Keep the covariance of the parameters in the estimate.
         covariance: bool = false, heading(METHOD);
         /// The link that carries the load of the logs with a load [default: the last].
@@ -122,16 +122,16 @@ request! {
         /// parameters [default: Band::delay].
         delay: Option<Delay> = None, default_from(HarmonicOptions::default().band.delay), value_name("SECONDS"), heading(SIGNALS);
         /// Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all.
-        ripple: Vec<(Whose, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
+        ripple: Vec<(JointSelector, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
         /// Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity.
-        spring: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        spring: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         /// Estimate by how much the encoders of these coordinates, or of all, are off once a turn.
-        eccentric: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        eccentric: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         /// Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations end at 10 Hz
         /// then, unless [cutoff] says otherwise.
-        elastic: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        elastic: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         /// Estimate the backlash of these joints, or of all, as [elastic] does springs.
-        backlash: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        backlash: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         ..
         /// What it has in common with the paper's equations.
         paper: PaperRequest;
@@ -150,7 +150,7 @@ request! {
 }
 
 impl SignalRequest {
-    /// The options of the file, and the others over them.
+    /// The options of the file, replaced by the given fields.
     pub fn options(&self) -> Options {
         let mut options = self.options.clone().unwrap_or_default();
         let signal = &mut options.signal;
@@ -181,9 +181,9 @@ impl RowsRequest {
         options
     }
 
-    /// The same for sums.
+    /// The options for sums of rows.
     ///
-    /// Fails where the rows would be needed twice.
+    /// Fails where rows would be needed more than once.
     pub fn options_of_sums(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new(
@@ -228,17 +228,17 @@ impl SamplesRequest {
         options
     }
 
-    /// Whether the delay is to be found.
+    /// Whether the delay is estimated.
     pub fn finds_delay(&self) -> bool {
         self.rows.signals.delay == Some(Delay::Auto)
     }
 
-    /// Whether nobody said what friction there is.
+    /// Whether neither the request nor the options name friction terms.
     pub(crate) fn leaves_friction_open(&self) -> bool {
         self.rows.friction.is_none() && self.options().friction == FrictionTerm::STANDARD
     }
 
-    /// Whether the friction is to be chosen.
+    /// Whether the friction terms are chosen automatically.
     pub fn finds_friction(&self) -> bool {
         self.rows.friction == Some(FrictionChoice::Auto)
     }
@@ -247,7 +247,7 @@ impl SamplesRequest {
 impl ClosedLoopRequest {
     /// The options of the simulation and of the fit.
     ///
-    /// Fails where the delay is to be found, and where another friction is asked for than the simulated joints have.
+    /// Fails where the delay is to be estimated, and where the friction terms differ from the terms of the simulated joints.
     pub fn options(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new("[delay=auto]: for [method=ls] and rist-mh; give the seconds that they find"));
@@ -256,16 +256,16 @@ impl ClosedLoopRequest {
         match options.friction == FrictionTerm::STANDARD {
             true => Ok(options),
             false => Err(Error::new(
-                "the simulated joints have viscous, Coulomb and offset friction alone: leave another out of [options]",
+                "the simulated joints have viscous, Coulomb and offset friction alone: remove other terms from [options]",
             )),
         }
     }
 }
 
 impl PaperRequest {
-    /// Which column of a log is which signal.
+    /// The columns of the signals in a log.
     ///
-    /// Fails where the options have anything else: it would be passed over.
+    /// Fails where the options have anything else, which would be ignored.
     pub fn columns(&self) -> Result<ColumnNames, Error> {
         let Some(given) = &self.options else { return Ok(ColumnNames::default()) };
         match *given == (Options { columns: given.columns.clone(), ..Options::default() }) {

@@ -1,8 +1,8 @@
-//! The methods of an identification, each with the request that it takes: what is not in it, the method refuses.
+//! The methods of an identification, each with its request; a method refuses options that are not in its request.
 
 use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
 use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};
-use super::words::Words;
+use super::words::WordChoice;
 use super::{Field, Request};
 use crate::error::Error;
 
@@ -11,11 +11,11 @@ words! {
     pub enum Method {
         /// Least squares on samples.
         Ls = "ls" "Least squares on filtered samples",
-        /// The same with the parameters that the data need.
+        /// Least squares on samples with the essential parameters, which the data need.
         Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
-        /// The paper's.
+        /// The paper's equations.
         Rist = "rist" "The paper's equations, rows of the operator Sp",
-        /// The same, with the gains of drives by total least squares.
+        /// The paper's equations, with the drive gains by total least squares.
         Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
         /// All harmonics of the experiments.
         RistMh = "rist-mh" "All harmonics, with friction",
@@ -27,7 +27,7 @@ words! {
 }
 
 impl Method {
-    /// All of them, in the order of the help.
+    /// All methods, in the order of the help.
     pub fn all() -> impl Iterator<Item = Method> {
         Method::WORDS.iter().map(|(method, ..)| *method)
     }
@@ -43,7 +43,7 @@ impl Method {
         }
     }
 
-    /// What the program reads and writes for it.
+    /// The files that the program reads and writes for it.
     pub fn files(self) -> Vec<Field> {
         match self {
             Method::Ls => BodiesFiles::fields(),
@@ -52,7 +52,7 @@ impl Method {
         }
     }
 
-    /// Why this method does not take an option; `None` where it does, or where no method has it.
+    /// The error that this method does not take an option; `None` where it takes it, or where no method has it.
     pub fn refusal(self, name: &str) -> Option<Error> {
         let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
         let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();

@@ -1,13 +1,13 @@
-//! What is asked of a step: each request is one struct, whose fields are told here and nowhere else.
+//! Requests to the steps: each request is one struct, whose fields are defined only here.
 //!
-//! A field stands once, with its doc, type, default and range:
+//! A field is defined once, with its doc, type, default and range:
 //!
 //! ```text
 //! /// Sample rate of the controller, Hz
 //! rate: f64 = 1000.0, range(1.0..=2e4), value_name("HZ");
 //! ```
 //!
-//! | made from it | by |
+//! | generated from it | by |
 //! |---|---|
 //! | the field of the struct and its default | `request!` |
 //! | `--rate <HZ>` and its help | the program, from [`Request::fields`] |
@@ -16,12 +16,12 @@
 //! | the JSON schema | `rist schema`, from [`schema::schema`] |
 //! | the refusal of a rate of 0 | [`Request::check`] |
 //!
-//! A text names a field in brackets, `[rate]`, with a value where one is meant, `[delay=auto]`; whoever shows the text
-//! spells it ([`spelling`]). No text of a library has a flag in it.
+//! A text names a field in brackets, `[rate]`, or with a value, `[delay=auto]`; the program that shows the text spells it
+//! ([`spelling`]). No text of a library contains a flag.
 //!
-//! Not here: what needs a model, such as whether there is a coordinate of a name.
+//! Not here: checks that need a model, for example whether a coordinate exists.
 
-// Their macros first: what stands below uses them.
+// Modules with macros come first, because the modules below use the macros.
 #[macro_use]
 mod table;
 #[macro_use]
@@ -53,9 +53,9 @@ mod unknowns;
 use std::sync::OnceLock;
 
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
-pub use effect::{Delay, Whose};
+pub use effect::{Delay, JointSelector};
 pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest};
-pub use excite::{ExciteRequest, Family, Series};
+pub use excite::{ExciteRequest, MotionFamily, MotionSeries};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
 pub use friction::{FrictionChoice, terms_without_torque};
@@ -67,17 +67,17 @@ pub use identify::{
 pub use method::{Method, MethodRequest};
 pub use model::ModelOptions;
 pub use plan::PlanRequest;
-pub use play::{Controller, PlayRequest};
+pub use play::{PlayRequest, PlayTarget};
 pub use range::{Range, number};
-pub use shape::{Flag, Shape};
+pub use shape::{Flag, ValueShape};
 pub use simulate::SimulateRequest;
 pub use table::{Request, of_values, unknown};
 pub use table::{has, in_range, value_of};
 pub use types::FieldType;
-pub use unknowns::Unknown;
-pub use words::Words;
+pub use unknowns::UnknownKind;
+pub use words::WordChoice;
 
-/// The requests by name: `excite`; `identify-rist-mh` for each method.
+/// The requests by name: `excite`, ..; `identify-METHOD` for each method.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
@@ -108,7 +108,7 @@ pub(crate) fn register(requests: Vec<WingRequest>) {
     REGISTERED.get_or_init(|| requests);
 }
 
-/// The fields of all requests, which is what a text may name.
+/// The fields of all requests, which texts may name.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
     let files = Method::all()

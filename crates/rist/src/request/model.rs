@@ -1,9 +1,9 @@
-//! How a description is read.
+//! Options for reading a description.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
-use robot::format::{Angles, Mimic};
+use robot::format::{AngleSnapping, Mimic};
 use serde_json::Value;
 
 use super::{Request, number, of_values};
@@ -22,7 +22,7 @@ request! {
         /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of their own.
         mimic: Mimic = Mimic::Constraint;
         /// How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given.
-        angles: Angles = Angles::Meant;
+        angles: AngleSnapping = AngleSnapping::Meant;
         /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a YAML file that does
         /// not say: actuated; a URDF, which cannot say: none].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
@@ -48,7 +48,7 @@ impl ModelOptions {
             arg: description.arguments.iter().map(|(name, text)| (name.clone(), text.clone())).collect(),
             package: description.packages.iter().map(|(name, folder)| (name.clone(), folder.clone())).collect(),
             mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
-            angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
+            angles: if description.angles_as_given { AngleSnapping::AsGiven } else { AngleSnapping::Meant },
             rotor_inertia: description.rotor_inertia,
             lock: description.locked.iter().map(|(name, position)| (name.clone(), *position)).collect(),
             base: description.base,
@@ -57,8 +57,8 @@ impl ModelOptions {
         }
     }
 
-    /// These over those that an artefact was made with, key by key, and name by name where a key has several: the default here
-    /// asks for nothing.
+    /// The options of an artefact, replaced by the options of `self` that are not the default, key by key, and name by name for
+    /// keys with several names.
     pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
         let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
         for (key, value) in self.given() {
@@ -70,7 +70,7 @@ impl ModelOptions {
         of_values(all.iter().map(|(key, value)| (*key, value)))
     }
 
-    /// The keys in which two descriptions were read differently, a phrase each: `[base] is 1.57,0,0 there and not given here`.
+    /// Phrases on the options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`.
     pub fn differences(here: Option<&DescriptionOptions>, there: Option<&DescriptionOptions>) -> Vec<String> {
         let [here, there] = [here, there].map(|of| -> BTreeMap<&str, Value> {
             of.map(|of| ModelOptions::of_description(of).given().into_iter().collect()).unwrap_or_default()
@@ -86,14 +86,14 @@ impl ModelOptions {
         odd.map(|key| format!("[{key}] is {} there and {} here", shown(there.get(key)), shown(here.get(key)))).collect()
     }
 
-    /// The options for an artefact; `None` where the description is read as it stands.
+    /// The options for an artefact; `None` where all are the default.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.value.iter().cloned().collect(),
             arguments: self.arg.iter().cloned().collect(),
             packages: self.package.iter().cloned().collect(),
             independent_mimic: self.mimic == Mimic::Independent,
-            angles_as_given: self.angles == Angles::AsGiven,
+            angles_as_given: self.angles == AngleSnapping::AsGiven,
             rotor_inertia: self.rotor_inertia,
             locked: self.lock.iter().cloned().collect(),
             base: self.base,

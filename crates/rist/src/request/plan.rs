@@ -1,4 +1,4 @@
-//! What is asked of a plan.
+//! The request for a plan.
 
 use experiments::excitation::limits::LimitsFile;
 use experiments::motion::profile::Profile;

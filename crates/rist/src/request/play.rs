@@ -1,4 +1,4 @@
-//! How a motion goes to a robot.
+//! The request for playing a motion on a robot.
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
@@ -6,8 +6,8 @@ use identification::estimate::artefact::Estimate;
 use super::Range;
 
 words! {
-    /// Who plays a motion.
-    pub enum Controller {
+    /// The controller that plays a motion.
+    pub enum PlayTarget {
         /// An e-Series of Universal Robots.
         UrE = "ur-e" "URScript, a set point each 2 ms",
         /// A CB3 of Universal Robots.
@@ -23,7 +23,7 @@ request! {
     /// How a motion goes to a robot.
     pub struct PlayRequest {
         /// Who plays it; none of them has been tried on its controller.
-        controller: Controller = Controller::Ros2;
+        controller: PlayTarget = PlayTarget::Ros2;
         /// The same motion slower: velocities times this, accelerations times its square.
         speed: f64 = 1.0, range(Range::Share), value_name("FACTOR");
         /// Where the robot stands, rad (m): the way to the first pose and back is planned, proved and played too. Coordinates that

@@ -1,13 +1,13 @@
-//! Where the numbers of a field may lie.
+//! Ranges of the numbers of a field.
 
 use std::ops::{RangeFrom, RangeInclusive};
 
 use crate::error::Error;
 
-/// A range of numbers; it refuses NaN, and it says what it expects.
+/// A range of numbers; it refuses NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Range {
-    /// Every number, or what is no number.
+    /// Every number, and values that are no numbers.
     Any,
     /// From the first to the second.
     Between(f64, f64),
@@ -40,7 +40,7 @@ impl From<RangeFrom<i32>> for Range {
 }
 
 impl Range {
-    /// Whether a number lies in it.
+    /// Whether it contains a number.
     pub fn holds(&self, x: f64) -> bool {
         match *self {
             Range::Any => true,
@@ -52,7 +52,7 @@ impl Range {
         }
     }
 
-    /// `a number from 1 to 40`; empty where every number will do.
+    /// The expected numbers in words: `a number from 1 to 40`; empty for [`Range::Any`].
     pub fn text(&self) -> String {
         match self {
             Range::Any => String::new(),
@@ -65,14 +65,14 @@ impl Range {
     }
 }
 
-/// A number as a person writes it: 5 and 0.1 and 1e300.
+/// A number in its short form: 5, 0.1, 1e300.
 pub fn number(x: f64) -> String {
     let exact = format!("{x:?}");
     if exact.contains('e') { exact } else { x.to_string() }
 }
 
 impl Range {
-    /// The refusal of a number.
+    /// The error for a number out of the range.
     pub(crate) fn refusal(&self, field: &str, x: f64) -> Error {
         let x = number(x);
         match self {

@@ -1,13 +1,13 @@
-//! The requests as a JSON schema: what editors and other languages read.
+//! The requests as a JSON schema, for editors and other languages.
 
 use serde_json::{Map, Value, json};
 
 use super::field::Field;
 use super::range::Range;
 use super::requests;
-use super::spelling::{Reader, spelled};
+use super::spelling::{Audience, spelled};
 
-/// A JSON schema with each request under `$defs`, a property per field: type, default, range and what it says.
+/// A JSON schema with each request under `$defs`, a property per field: type, default, range and text.
 pub fn schema() -> Value {
     let of_request = |(name, fields): (String, Vec<Field>)| {
         let properties: Map<String, Value> = fields.iter().map(|f| (f.name.to_string(), property(f))).collect();
@@ -26,7 +26,7 @@ fn property(field: &Field) -> Value {
         Value::Object(of_type) => of_type.clone(),
         _ => Map::new(),
     };
-    property.insert("description".into(), spelled(&field.doc, Reader::Json).into());
+    property.insert("description".into(), spelled(&field.doc, Audience::Json).into());
     if !field.default.is_null() {
         property.insert("default".into(), field.default.clone());
     }
@@ -62,7 +62,7 @@ mod tests {
         assert_eq!(rate["type"], "number", "{rate}");
         let is_bounded = rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some();
         assert!(rate["default"].is_number() && is_bounded, "{rate}");
-        // Another field is named, not a flag.
+        // Texts name other fields, not flags.
         let text = schema.to_string();
         assert!(!text.contains("--") && !text.contains("[limits]"));
     }

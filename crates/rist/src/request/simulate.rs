@@ -1,4 +1,4 @@
-//! What is asked of a simulation.
+//! The request for a simulation.
 
 use std::path::PathBuf;
 

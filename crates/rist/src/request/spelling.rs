@@ -1,4 +1,4 @@
-//! Fields in texts, as the reader of the text writes them.
+//! Names of fields in texts, in the spelling of the text's reader.
 //!
 //! In JSON a field is its name: `effort_share`, `delay: auto`.
 //!
@@ -15,8 +15,8 @@
 //! | `[:doctor]`, a step | `rist doctor` | `rist.doctor` |
 //! | `[:validate MODEL LOG]` | `rist validate MODEL LOG` | `rist.validate(model, log)` |
 //!
-//! Only names of fields and steps are spelled, where they stand as words of their own. Other brackets, such as `[-2, 2]` and those of
-//! a file `log[gain].csv`, stay.
+//! Only names of fields and steps are replaced, where they are separate words. Other brackets, as in `[-2, 2]` and in the file
+//! name `log[gain].csv`, stay.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -26,22 +26,22 @@ use serde_json::Value;
 use super::{all_fields, number};
 use crate::error::Step;
 
-/// Who reads a text.
+/// The reader of a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reader {
+pub enum Audience {
     /// A program in Rust: the text stays as it is.
     #[default]
     Library,
-    /// A person at a command line.
+    /// A user of the command line.
     Program,
-    /// A person who writes Python.
+    /// A user of Python.
     Python,
-    /// A person who writes JSON.
+    /// A user of JSON.
     Json,
 }
 
-/// What the program has beside the fields of requests: files that it reads and writes.
-const OF_FILES: [&str; 19] = [
+/// Flags of the program that are not fields of requests: files that it reads and writes.
+const FLAGS_OF_FILES: [&str; 19] = [
     "after",
     "anyway",
     "date",
@@ -65,12 +65,12 @@ const OF_FILES: [&str; 19] = [
 
 fn is_field(name: &str) -> bool {
     static NAMES: OnceLock<BTreeSet<&'static str>> = OnceLock::new();
-    NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(OF_FILES).collect()).contains(name)
+    NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(FLAGS_OF_FILES).collect()).contains(name)
 }
 
-/// The text with its fields as `reader` writes them.
-pub fn spelled(text: &str, reader: Reader) -> String {
-    if reader == Reader::Library {
+/// The text with its fields in the spelling of `reader`.
+pub fn spelled(text: &str, reader: Audience) -> String {
+    if reader == Audience::Library {
         return text.into();
     }
     let mut spelled = String::new();
@@ -92,13 +92,13 @@ pub fn spelled(text: &str, reader: Reader) -> String {
     spelled + rest
 }
 
-/// What stands in brackets, as `reader` writes it; `None` where it is neither a field nor a step.
-fn bracket(inside: &str, reader: Reader) -> Option<String> {
+/// The spelling of a text in brackets; `None` where it is neither a field nor a step.
+fn bracket(inside: &str, reader: Audience) -> Option<String> {
     if let Some(inside) = inside.strip_prefix(':') {
         let (word, given) = inside.split_once(' ').unwrap_or((inside, ""));
         let step = Step::named(word)?;
         return Some(match reader {
-            Reader::Python => step.in_python(given),
+            Audience::Python => step.in_python(given),
             _ => spelled(&step.in_program(given), reader),
         });
     }
@@ -106,26 +106,26 @@ fn bracket(inside: &str, reader: Reader) -> Option<String> {
     Some(written(name, more, reader))
 }
 
-/// The name of the field, and what follows it.
+/// The name of the field, and the text after it.
 fn field(inside: &str) -> Option<(&str, &str)> {
     let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
     let (name, more) = inside.split_at(end);
     (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more))
 }
 
-/// Whether what stands between these texts is a word of its own, and no part of a name or a path.
+/// Whether the text between `before` and `behind` is a separate word, and not a part of a name or a path.
 fn is_word(before: &str, behind: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || "_-/.~".contains(c);
-    // A full stop ends a sentence where nothing follows it.
+    // A full stop before the end of a word ends a sentence.
     let behind = behind.trim_start_matches('.');
     !before.ends_with(is_part) && !behind.starts_with(is_part)
 }
 
-fn written(name: &str, more: &str, reader: Reader) -> String {
+fn written(name: &str, more: &str, reader: Audience) -> String {
     let (value, keys) = (more.strip_prefix('='), more.strip_prefix('.'));
     match reader {
-        Reader::Library => format!("[{name}{more}]"),
-        Reader::Program => {
+        Audience::Library => format!("[{name}{more}]"),
+        Audience::Program => {
             let flag = format!("--{}", name.replace('_', "-"));
             match (value, keys) {
                 (Some("true"), _) | (None, None) => flag,
@@ -133,8 +133,8 @@ fn written(name: &str, more: &str, reader: Reader) -> String {
                 (_, Some(keys)) => format!("{flag}: {}", keys.replace('.', ": ")),
             }
         }
-        Reader::Json => format!("`{name}{}`", more.replace('=', ": ")),
-        Reader::Python => match (value, keys) {
+        Audience::Json => format!("`{name}{}`", more.replace('=', ": ")),
+        Audience::Python => match (value, keys) {
             (Some(value), _) => format!("{name}={}", literal(value)),
             (_, Some(keys)) => {
                 let keys: Vec<&str> = keys.split('.').collect();
@@ -150,7 +150,7 @@ fn written(name: &str, more: &str, reader: Reader) -> String {
 fn literal(value: &str) -> String {
     let pieces: Vec<&str> = value.split(',').collect();
     if value.contains('=') {
-        // q1=6,12,q2=3: a number without a name belongs to the name before it; `..` stands for the others.
+        // q1=6,12,q2=3: a number without a name belongs to the name before it; `..` stands for other names.
         let mut by_name: Vec<(&str, Vec<String>)> = Vec::new();
         for piece in pieces {
             match (piece.split_once('='), by_name.last_mut()) {
@@ -173,7 +173,7 @@ fn literal(value: &str) -> String {
     }
 }
 
-/// The same of a value without commas and names.
+/// A single value, without commas and names, as a literal of Python.
 fn plain(value: &str) -> String {
     if let Some((number, deviation)) = value.split_once("+-") {
         return format!("({number}, {deviation})");
@@ -185,7 +185,7 @@ fn plain(value: &str) -> String {
     }
 }
 
-/// What a command line says for these values of a request, each flag behind a blank.
+/// The flags of a command line for these values of a request, each after a blank.
 pub fn flags(given: &[(&'static str, Value)]) -> String {
     let mut text = String::new();
     for (name, value) in given {
@@ -215,6 +215,7 @@ mod tests {
 
     #[test]
     fn fields_are_spelled_as_their_reader_writes_them() {
+        // Each text in the spelling of the program and of Python.
         for (text, program, python) in [
             ("[rate] is 0", "--rate is 0", "rate= is 0"),
             ("([:doctor] says more)", "(rist doctor says more)", "(rist.doctor says more)"),
@@ -246,8 +247,8 @@ mod tests {
             ("[backlash=q1,q2]", "--backlash q1,q2", "backlash=['q1', 'q2']"),
             ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),
         ] {
-            assert_eq!(spelled(text, Reader::Program), program);
-            assert_eq!(spelled(text, Reader::Python), python);
+            assert_eq!(spelled(text, Audience::Program), program);
+            assert_eq!(spelled(text, Audience::Python), python);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The table of a request: what `request!` makes of its fields, and how values are read into them.
+//! The table of a request: `request!` generates it from the fields; values are read into them here.
 
 use gate::suggestion::nearest;
 use serde_json::Value;
@@ -7,17 +7,17 @@ use super::field::Field;
 use super::types::FieldType;
 use crate::error::Error;
 
-/// A request as all surfaces read it.
+/// A request, as the program, Python and JSON read it.
 pub trait Request: Default {
-    /// Its fields, in the order in which they are shown.
+    /// The fields of the request, in the order of the help.
     fn fields() -> Vec<Field>;
 
-    /// Sets a field by texts of a command line, those between commas one by one.
+    /// Sets a field by texts of a command line, one per entry of a list.
     ///
-    /// Fails where there is no such field, and where the texts are not as its type expects.
+    /// Fails where the field does not exist, and where its type does not accept the texts.
     fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), Error>;
 
-    /// Sets a field by a value: of Python, of JSON.
+    /// Sets a field by a value of Python or JSON.
     ///
     /// Fails as [`Request::set_texts`] does, and where a number is out of the range of its field.
     fn set_value(&mut self, name: &str, value: &Value) -> Result<(), Error>;
@@ -31,14 +31,14 @@ pub trait Request: Default {
 
 /// Reads a request from values by name.
 ///
-/// Fails where there is no such field, and where a value is not as its field expects.
+/// Fails where a field does not exist, and where it does not accept its value.
 pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a Value)>) -> Result<R, Error> {
     let mut request = R::default();
     values.into_iter().try_for_each(|(name, value)| request.set_value(name, value))?;
     Ok(request)
 }
 
-/// The error that there is no option of this name, with the one that was meant, and all that there are.
+/// The error for an unknown option, with the option that was probably meant and a list of all.
 pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
     let known: Vec<&str> = known.into_iter().collect();
     let meant =
@@ -46,7 +46,7 @@ pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Erro
     Error::new(format_args!("there is no option `{name}`{meant}; there are {}", known.join(", ")))
 }
 
-/// Whether a request has this field: one that stands in another as a part.
+/// Whether a request, which is a part of another, has this field.
 pub fn has<R: Request>(name: &str) -> bool {
     R::fields().iter().any(|field| field.name == name)
 }
@@ -61,7 +61,7 @@ pub fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
 
 /// The value of a field.
 ///
-/// Fails where it is not as the type expects, or out of range.
+/// Fails where the type does not accept it, or where it is out of range.
 pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> {
     let found = T::of_value(value).map_err(|e| e.about(field.name))?;
     let found = found
@@ -70,7 +70,7 @@ pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> 
     Ok(found)
 }
 
-/// Writes a request: a struct, its default, and the table of its fields. Wings write theirs with it too.
+/// Generates a request: a struct, its default, and the table of its fields. Wings use it too.
 #[macro_export]
 macro_rules! request {
     (

@@ -1,43 +1,43 @@
-//! The types of fields: how each is read from texts of a command line and from a value.
+//! The types of fields: each is read from texts of a command line and from a value.
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde_json::{Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use crate::error::Error;
 
 /// A type that a field can have.
 pub trait FieldType: Sized {
-    /// How its values are written.
-    fn shape() -> Shape;
+    /// The form of its values.
+    fn shape() -> ValueShape;
 
-    /// Of the texts of a flag, in their order.
+    /// Parses the texts of a flag, in their order.
     ///
-    /// Fails, saying what is expected, where they are none.
+    /// Fails with the expected form where they are no values of the type.
     fn of_texts(texts: &[String]) -> Result<Self, Error>;
 
-    /// Of a value; `None` where it is not as [`Shape::expected`] says.
+    /// Converts a value; `None` where it does not have the form in [`ValueShape::expected`].
     ///
-    /// Fails where it is, and cannot be.
+    /// Fails where it has the form, but not a possible content.
     fn of_value(value: &Value) -> Result<Option<Self>, Error>;
 
-    /// As a value: `of_value` finds it again; null where nothing is asked for.
+    /// The value that `of_value` converts back; null for the default of an option.
     fn to_value(&self) -> Value;
 
-    /// The numbers that have to lie in the range of the field.
+    /// The numbers that have to be in the range of the field.
     fn numbers(&self) -> Vec<f64> {
         Vec::new()
     }
 }
 
-/// A flag takes every text; what is wrong with one is found later.
+/// A check that accepts every text; errors are found later.
 pub(super) fn every_text(_: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The last text, as a later flag wins over an earlier one.
+/// The last text: a later flag replaces an earlier one.
 pub(super) fn last(texts: &[String]) -> &str {
     texts.last().map_or("", String::as_str)
 }
@@ -50,11 +50,11 @@ fn parsed<T: FromStr<Err: ToString>>(texts: &[String]) -> Result<T, Error> {
     last(texts).parse().map_err(|e: T::Err| Error::new(format_args!("`{}`: {}", last(texts), e.to_string())))
 }
 
-/// A type whose values are those of serde: its shape, how it is read from texts and, of a number, the number.
+/// Implements `FieldType` for a type with the values of serde: its shape, its parser of texts and, for numbers, the number.
 macro_rules! plain_type {
     ($type:ty, $shape:expr, $of_texts:expr $(, |$x:ident| $numbers:expr)?) => {
         impl FieldType for $type {
-            fn shape() -> Shape {
+            fn shape() -> ValueShape {
                 $shape
             }
 
@@ -80,30 +80,36 @@ macro_rules! plain_type {
 }
 pub(super) use plain_type;
 
-/// One of the types that JSON has.
-fn json_type(expected: &str, python: &str, name: &str, flag: Flag, check: fn(&str) -> Result<(), String>) -> Shape {
-    Shape::plain(expected, python, json!({"type": name}), flag, check)
+/// The form of a type that JSON has.
+fn json_type(
+    expected: &str,
+    python: &str,
+    name: &str,
+    flag: Flag,
+    check: fn(&str) -> Result<(), String>,
+) -> ValueShape {
+    ValueShape::plain(expected, python, json!({"type": name}), flag, check)
 }
 
-fn whole_number() -> Shape {
+fn whole_number() -> ValueShape {
     let json = json!({"type": "integer", "minimum": 0});
-    Shape::plain("a whole number", "int", json, Flag::Number, parses::<usize>)
+    ValueShape::plain("a whole number", "int", json, Flag::Number, parses::<usize>)
 }
 
-fn list_of_texts() -> Shape {
+fn list_of_texts() -> ValueShape {
     let json = json!({"type": "array", "items": {"type": "string"}});
-    Shape::plain("a list of texts", "Sequence[str]", json, Flag::List, every_text)
+    ValueShape::plain("a list of texts", "Sequence[str]", json, Flag::List, every_text)
 }
 
-fn list_of_paths() -> Shape {
+fn list_of_paths() -> ValueShape {
     let (expected, python) = ("a list of paths".into(), "Sequence[Path]".into());
-    Shape { expected, python, flag: Flag::Repeated, ..list_of_texts() }
+    ValueShape { expected, python, flag: Flag::Repeated, ..list_of_texts() }
 }
 
 plain_type!(usize, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(u64, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(f64, json_type("a number", "float", "number", Flag::Number, parses::<f64>), parsed, |x| vec![x]);
-// A flag that is there is true.
+// A flag that is present is true.
 plain_type!(bool, json_type("true or false", "bool", "boolean", Flag::Switch, every_text), |_| Ok(true));
 plain_type!(String, json_type("a text", "str", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
 plain_type!(PathBuf, json_type("a path", "Path", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
@@ -111,11 +117,11 @@ plain_type!(Vec<PathBuf>, list_of_paths(), |texts| Ok(texts.iter().map(PathBuf::
 plain_type!(Vec<String>, list_of_texts(), |texts| Ok(texts.to_vec()));
 
 impl<T: FieldType> FieldType for Option<T> {
-    fn shape() -> Shape {
+    fn shape() -> ValueShape {
         let shape = T::shape();
         let json = json!({"anyOf": [shape.json, {"type": "null"}]});
         let python = format!("{} | None", shape.python.trim_end_matches(" | None"));
-        Shape { python, json, ..shape }
+        ValueShape { python, json, ..shape }
     }
 
     fn of_texts(texts: &[String]) -> Result<Option<T>, Error> {

@@ -1,36 +1,36 @@
-//! The unknowns of a fit beside its parameters, and how a base is mounted: values of fields.
+//! The unknowns of a fit in addition to its parameters, and the mount of a base: values of fields.
 
 use serde_json::{Value, json};
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, last, plain_type};
-use super::words::Words;
+use super::words::WordChoice;
 use crate::error::Error;
 
 words! {
-    /// What is unknown beside the parameters, of all joints.
-    pub enum Unknown {
-        /// How the base is mounted.
+    /// Unknowns in addition to the parameters, for all joints.
+    pub enum UnknownKind {
+        /// The mount of the base.
         Mount = "mount" "",
-        /// Where each joint is at zero.
+        /// The zero of each joint.
         Zeros = "zeros" "",
-        /// The torque of each joint beside that of the others.
+        /// The scale of each joint's torque relative to the other joints.
         Scales = "scales" "",
         /// A spring at each joint.
         Springs = "springs" "",
     }
 }
 
-fn unknown(text: &str) -> Result<Unknown, String> {
-    Unknown::of_word(text).ok_or_else(|| format!("`{text}`: expected is one of mount, zeros, scales, springs"))
+fn unknown(text: &str) -> Result<UnknownKind, String> {
+    UnknownKind::of_word(text).ok_or_else(|| format!("`{text}`: expected is one of mount, zeros, scales, springs"))
 }
 
-impl FieldType for Vec<Unknown> {
-    fn shape() -> Shape {
-        let json = json!({"type": "array", "items": <Unknown as FieldType>::shape().json});
+impl FieldType for Vec<UnknownKind> {
+    fn shape() -> ValueShape {
+        let json = json!({"type": "array", "items": <UnknownKind as FieldType>::shape().json});
         let python = "Sequence[Literal[\"mount\", \"zeros\", \"scales\", \"springs\"]]";
         let expected = "some of mount, zeros, scales, springs";
-        Shape::plain(expected, python, json, Flag::List, |text| unknown(text).map(drop))
+        ValueShape::plain(expected, python, json, Flag::List, |text| unknown(text).map(drop))
     }
 
     fn of_texts(texts: &[String]) -> Result<Self, Error> {
@@ -38,7 +38,7 @@ impl FieldType for Vec<Unknown> {
     }
 
     fn of_value(value: &Value) -> Result<Option<Self>, Error> {
-        let one = |x: &Value| x.as_str().and_then(Unknown::of_word);
+        let one = |x: &Value| x.as_str().and_then(UnknownKind::of_word);
         Ok(value.as_array().and_then(|list| list.iter().map(one).collect()))
     }
 
@@ -54,9 +54,9 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     numbers.and_then(|x| x.try_into().ok()).ok_or_else(|| format!("`{text}`: expected are three numbers, as 0,0.1,0"))
 }
 
-fn three_numbers() -> Shape {
+fn three_numbers() -> ValueShape {
     let json = json!({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3});
-    Shape::plain("three numbers", "Sequence[float]", json, Flag::Numbers, |text| three(text).map(drop))
+    ValueShape::plain("three numbers", "Sequence[float]", json, Flag::Numbers, |text| three(text).map(drop))
 }
 
 plain_type!([f64; 3], three_numbers(), |texts| three(last(texts)).map_err(Error::new));
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn a_word_that_is_none_is_named_with_those_that_are() {
-        let said = Vec::<Unknown>::of_texts(&["zeros".into(), "offsets".into()]).unwrap_err().to_string();
+        let said = Vec::<UnknownKind>::of_texts(&["zeros".into(), "offsets".into()]).unwrap_err().to_string();
         assert!(said.contains("`offsets`") && said.contains("mount, zeros, scales, springs"), "{said}");
     }
 }

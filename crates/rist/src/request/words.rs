@@ -1,20 +1,20 @@
 //! The words for the choices of a field, each with its line of help.
 
-use experiments::excitation::criterion::Aim;
+use experiments::excitation::criterion::SearchObjective;
 use experiments::motion::point_trajectory::Interpolation;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
 use identification::estimators::weighted::Weights;
 use linear_model::description_options::RotorInertias;
-use robot::format::{Angles, Mimic};
+use robot::format::{AngleSnapping, Mimic};
 use serde_json::json;
 
-use super::shape::{Flag, Shape};
+use super::shape::{Flag, ValueShape};
 use super::types::{every_text, last};
 use crate::error::Error;
 
 /// A choice among words.
-pub trait Words: Copy + PartialEq + 'static {
+pub trait WordChoice: Copy + PartialEq + 'static {
     /// The choices, each with its word and a line of help.
     const WORDS: &'static [(Self, &'static str, &'static str)];
 
@@ -29,11 +29,11 @@ pub trait Words: Copy + PartialEq + 'static {
     }
 }
 
-/// How a choice is written.
-pub fn shape<T: Words>() -> Shape {
+/// The form of a choice.
+pub fn shape<T: WordChoice>() -> ValueShape {
     let words: Vec<&str> = T::WORDS.iter().map(|(_, word, _)| *word).collect();
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
-    Shape {
+    ValueShape {
         expected: format!("one of {}", words.join(", ")),
         python: format!("Literal[{}]", quoted.join(", ")),
         json: json!({"enum": words}),
@@ -44,7 +44,7 @@ pub fn shape<T: Words>() -> Shape {
     }
 }
 
-/// Makes a type one of a field: its choices, their words and what they mean. An `enum` is declared with them.
+/// Makes a type usable for a field: its choices, their words and help. An `enum` is declared with them.
 #[macro_export]
 macro_rules! words {
     ($(#[doc = $about:literal])* pub enum $type:ident {
@@ -59,12 +59,12 @@ macro_rules! words {
         $crate::words! { $type: $($choice = $word $help),* }
     };
     ($type:ty: $($choice:ident = $word:literal $help:expr),* $(,)?) => {
-        impl $crate::request::words::Words for $type {
+        impl $crate::request::words::WordChoice for $type {
             const WORDS: &'static [($type, &'static str, &'static str)] = &[$((<$type>::$choice, $word, $help)),*];
         }
 
         impl $crate::request::FieldType for $type {
-            fn shape() -> $crate::request::Shape {
+            fn shape() -> $crate::request::ValueShape {
                 $crate::request::words::shape::<$type>()
             }
 
@@ -73,17 +73,18 @@ macro_rules! words {
             }
 
             fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::Error> {
-                Ok(value.as_str().and_then(<$type as $crate::request::words::Words>::of_word))
+                Ok(value.as_str().and_then(<$type as $crate::request::words::WordChoice>::of_word))
             }
 
             fn to_value(&self) -> serde_json::Value {
-                $crate::request::words::Words::word(*self).into()
+                $crate::request::words::WordChoice::word(*self).into()
             }
         }
     };
 }
+
 /// The choice of the last of these texts; fails where it is none of the words.
-pub fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
+pub fn of_texts<T: WordChoice>(texts: &[String]) -> Result<T, Error> {
     let word = last(texts);
     T::of_word(word).ok_or_else(|| Error::new(format_args!("`{word}`: expected is {}", shape::<T>().expected)))
 }
@@ -104,7 +105,7 @@ words! { Interpolation:
     Quintic = "quintic" "By positions, velocities and accelerations",
 }
 
-words! { Aim:
+words! { SearchObjective:
     Determinant = "determinant" "The determinant of the information",
     Condition = "condition" "The condition number of the columns, scaled to unit norm",
 }
@@ -114,7 +115,7 @@ words! { Mimic:
     Independent = "independent" "",
 }
 
-words! { Angles:
+words! { AngleSnapping:
     Meant = "meant" "",
     AsGiven = "as-given" "",
 }

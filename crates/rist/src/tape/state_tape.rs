@@ -7,28 +7,28 @@ use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// f(q, passive joints, dq, ddq, X, others), of which it may need only some.
+/// f(q, passive joints, dq, ddq, X, others), or a function of some of these arguments.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
-    /// What the function depends on, in order.
-    pub(crate) arguments: Vec<Argument>,
+    /// The arguments of the function, in order.
+    pub(crate) arguments: Vec<StateArgument>,
     closure: Option<Mutex<Closure>>,
 }
 
 /// An argument of the function.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Argument {
-    /// rad (m).
+pub(crate) enum StateArgument {
+    /// q, rad (m).
     Q,
-    /// Coordinates of so many passive joints.
+    /// Coordinates of this number of passive joints, rad (m).
     Passive(usize),
-    /// rad/s (m/s).
+    /// dq, rad/s (m/s).
     Dq,
-    /// rad/s^2 (m/s^2).
+    /// ddq, rad/s^2 (m/s^2).
     Ddq,
-    /// So many parameters.
+    /// This number of parameters.
     Parameters(usize),
-    /// Another of this name, so many entries a state: torques, a wrench.
+    /// Another argument: its name, and its number of entries per state: torques, a wrench.
     Other(String, usize),
 }
 
@@ -36,15 +36,15 @@ impl StateTape {
     /// The function, with the solver where it depends on passive joints.
     pub(crate) fn new(function: &Function, closure: Option<Closure>) -> StateTape {
         let argument = |input: &expr::Input| match input.name.as_str() {
-            "q" => Argument::Q,
-            "dq" => Argument::Dq,
-            "ddq" => Argument::Ddq,
-            "x" => Argument::Parameters(input.entries.len()),
-            "passive" => Argument::Passive(input.entries.len()),
-            name => Argument::Other(name.into(), input.entries.len()),
+            "q" => StateArgument::Q,
+            "dq" => StateArgument::Dq,
+            "ddq" => StateArgument::Ddq,
+            "x" => StateArgument::Parameters(input.entries.len()),
+            "passive" => StateArgument::Passive(input.entries.len()),
+            name => StateArgument::Other(name.into(), input.entries.len()),
         };
-        let arguments: Vec<Argument> = function.inputs.iter().map(argument).collect();
-        let has_passive = arguments.iter().any(|a| matches!(a, Argument::Passive(k) if *k > 0));
+        let arguments: Vec<StateArgument> = function.inputs.iter().map(argument).collect();
+        let has_passive = arguments.iter().any(|a| matches!(a, StateArgument::Passive(k) if *k > 0));
         StateTape {
             tapes: ThreadTapes::new(vec![Tape::new(function)]),
             arguments,
@@ -55,7 +55,7 @@ impl StateTape {
     /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
     /// `others`: the other arguments in the order of `arguments`, a row per state.
     ///
-    /// Where the loops do not close, the outputs are NaN, which is refused later.
+    /// Where the loops do not close, the outputs are NaN, which later steps refuse.
     pub(crate) fn fill<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -70,9 +70,9 @@ impl StateTape {
         });
     }
 
-    /// Hands out some outputs at each state, so many states side by side: `take(g, e, values)` gets output `wanted[e]` of the
-    /// states from g `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes past the end
-    /// repeat the last state.
+    /// Passes some outputs at each state to `take`, in SIMD lanes: `take(g, e, values)` gets output `wanted[e]` of the states
+    /// from g x `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes after the last state
+    /// repeat it.
     ///
     /// Where the loops do not close, the outputs are NaN.
     pub(crate) fn lanes(
@@ -89,7 +89,7 @@ impl StateTape {
                 take(g, e, values);
             }
         };
-        if self.arguments == [Argument::Q, Argument::Dq, Argument::Ddq] {
+        if self.arguments == [StateArgument::Q, StateArgument::Dq, StateArgument::Ddq] {
             let (count, take) = (states.len() / (3 * n), &mut |g, outputs: LaneOutputs| take_all(g, outputs, &[]));
             return self.tapes.with(|tapes, work, _| tapes[0].evaluate_lanes(states, count, &mut work[0], take));
         }
@@ -99,7 +99,7 @@ impl StateTape {
         });
     }
 
-    /// Runs with the tape, its memory, and the inputs at each state.
+    /// Calls `run` with the tape, its memory, and the inputs at each state.
     fn with_inputs<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -110,20 +110,22 @@ impl StateTape {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
         self.tapes.with(|tapes, work, inputs| {
+            // The inputs of a state follow the order of the function's arguments.
             for [q, dq, ddq] in states {
                 let mut others = others.iter();
                 for argument in &self.arguments {
                     match argument {
-                        Argument::Q => inputs.extend(q),
-                        Argument::Dq => inputs.extend(dq),
-                        Argument::Ddq => inputs.extend(ddq),
-                        Argument::Parameters(_) => inputs.extend(parameters),
-                        Argument::Other(_, width) => {
+                        StateArgument::Q => inputs.extend(q),
+                        StateArgument::Dq => inputs.extend(dq),
+                        StateArgument::Ddq => inputs.extend(ddq),
+                        StateArgument::Parameters(_) => inputs.extend(parameters),
+                        StateArgument::Other(_, width) => {
                             let all = others.next().copied().unwrap_or_default();
                             inputs.extend(&all[count * width..][..*width]);
                         }
-                        Argument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
+                        StateArgument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
                             Some(Ok(passive)) => inputs.extend(passive),
+                            // The loops do not close: the state is marked, and zeros keep the place of the passive joints.
                             Some(Err(_)) => {
                                 open.push(count);
                                 inputs.extend(std::iter::repeat_n(0.0, *n));
@@ -141,7 +143,7 @@ impl StateTape {
 
 /// The inputs of a function at many states.
 struct Inputs<'a> {
-    /// State by state.
+    /// The inputs, state by state.
     inputs: &'a [f64],
     /// Number of states.
     count: usize,

@@ -1,4 +1,4 @@
-//! A base regressor evaluated by tape: any robot, no compiler.
+//! A base regressor evaluated by tape: for any robot, without a compiler.
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;
@@ -14,7 +14,7 @@ pub(crate) struct TapeRegressor {
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-    /// Of each entry that is not zero its place in Y, row by row.
+    /// Index in Y (row by row) of each entry that is not zero.
     places: Vec<usize>,
 }
 
@@ -104,7 +104,7 @@ mod tests {
                     arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
                     assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
                 }
-                // Eight side by side, behind each other with a gap.
+                // Blocks of eight states in SIMD lanes, with a gap between the blocks.
                 let (entries, eights) = (arm.non_zeros(), count / 8);
                 let stride = entries.len() + 1;
                 let mut blocks = vec![Eight([f64::INFINITY; 8]); eights * stride];

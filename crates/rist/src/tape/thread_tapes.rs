@@ -1,4 +1,4 @@
-//! Tapes of one robot with their memory on each thread, so that many threads evaluate them through a shared reference.
+//! Tapes of one robot with their memory per thread, so that many threads can evaluate them through a shared reference.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,11 +8,11 @@ use expr::{Tape, Workspace};
 /// Tapes that are evaluated together.
 pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Distinguishes their memory from that of other sets on the same thread.
+    /// Number of the set, which distinguishes its memory from the memory of other sets on the same thread.
     number: usize,
 }
 
-/// Sets of tapes made so far.
+/// Number of sets of tapes made so far.
 static MADE: AtomicUsize = AtomicUsize::new(0);
 
 /// Memory of the set with this number.
@@ -28,12 +28,12 @@ thread_local! {
 }
 
 impl ThreadTapes {
-    /// Makes a set of these tapes, with a number of its own.
+    /// Makes a set of these tapes, with a new number.
     pub(crate) fn new(tapes: Vec<Tape>) -> ThreadTapes {
         ThreadTapes { tapes, number: MADE.fetch_add(1, Ordering::Relaxed) }
     }
 
-    /// Hands out the tapes, this thread's memory of each, and an empty list for their inputs.
+    /// Calls `run` with the tapes, this thread's memory of each, and an empty list for their inputs.
     pub(crate) fn with<T>(&self, run: impl FnOnce(&[Tape], &mut [Workspace], &mut Vec<f64>) -> T) -> T {
         MEMORY.with_borrow_mut(|memory| {
             if memory.number != self.number {

@@ -1,4 +1,4 @@
-//! What goes into the file of a simulator: bodies, and the friction and rotor inertia of joints.
+//! Data for the file of a simulator: bodies, and the friction and rotor inertia of joints.
 
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use robot::{Link, Part};
@@ -12,7 +12,7 @@ pub struct JointDynamics {
     pub damping: f64,
     /// Coulomb friction, N m (N).
     pub friction: f64,
-    /// Rotor inertia seen from the joint, kg m^2 (kg).
+    /// Rotor inertia at the joint side, kg m^2 (kg).
     pub armature: f64,
 }
 
@@ -28,10 +28,10 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The ten parameters of a link without those of the links fixed to it, by the file that holds them all.
+/// The ten parameters of a link without the parameters of the links fixed to it, which come from the file.
 ///
-/// `ten`: all of them together, about the origin of the link frame. Where the remainder is no body, the link gets
-/// everything, and the links whose inertials must be emptied are named.
+/// `ten`: the sum over all of them, about the origin of the link frame. Where the difference is no physical body, the link
+/// gets the whole sum, and the links whose inertials must be emptied are returned.
 pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name).collect();
     let mut rest = *ten;
@@ -44,7 +44,7 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence on a link that took over those fixed to it.
+/// A sentence on a link that took over the inertia of the links fixed to it.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

@@ -1,4 +1,4 @@
-//! The numbers of an estimate for a file of source.
+//! The numbers of an estimate for a source file.
 
 use std::path::Path;
 
@@ -34,9 +34,9 @@ impl IdentifiedValues {
 }
 
 impl GenerateRequest {
-    /// The numbers of an estimate for the file; `file` says which it is.
+    /// The numbers of an estimate for the source file; `file`: name of the estimate's file, for messages.
     ///
-    /// Fails where it was made with another model, and where its verdict is no and nothing says to take it anyway.
+    /// Fails where it was made with another model, and where its verdict is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         model.check_estimate(file, estimate)?;
         let verdict = estimate_verdict(estimate);

@@ -3,11 +3,11 @@
 //! ```text
 //! iTj(q) = iTj(0) Rz(f q),    or iTj(0) Tz(f q) where the joint slides
 //! ```
-//! A body stands where its link stands at q = 0, in the frame that the file gives the link. Its joint turns about, or
-//! slides along, z of the link frame, once a unit of the coordinate (f = 1, or -1: about -z). A joint that follows a
-//! coordinate is tied to it by an equality. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c').
+//! A body has the pose of its link at q = 0, in the link's frame of the file. Its joint turns about, or slides along, z of
+//! the link frame with the factor f (f = 1, or -1: about -z). A joint that follows a coordinate is tied to it by an
+//! equality. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c').
 //!
-//! Not here: shapes. Add geoms, or put the figures into a model that has them ([`crate::write_back::mjcf_into`]).
+//! Not here: shapes. Add geoms, or write the values into a model that has them ([`crate::write_back::mjcf_into`]).
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ use robot::{Drive, JointKind, Link, LinkId, Pose, Robot};
 
 use crate::write_back::body::{self, JointDynamics};
 
-/// The model of a robot with these bodies (ten parameters about the origin of the link frame) and joints, one a
+/// The model of a robot with these bodies (ten parameters about the origin of the link frame) and joints, one per
 /// coordinate.
 ///
 /// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is not
@@ -37,7 +37,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     );
     let poses = file_poses(robot);
     let mut equalities = String::new();
-    // The bodies that are open, each within the one before.
+    // The bodies whose elements are not closed yet, each within the one before.
     let mut open: Vec<LinkId> = Vec::new();
     for id in nested(robot) {
         let link = robot.link(id);
@@ -69,13 +69,13 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     Ok(text + "</mujoco>\n")
 }
 
-/// The frame that the file gives each link, in the base frame, at q = 0.
+/// Pose of each link's frame of the file in the base frame, at q = 0.
 pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
 }
 
-/// The links in the order of a text that nests them.
+/// The links in depth-first order, for a text that nests them.
 fn nested(robot: &Robot) -> Vec<LinkId> {
     let mut order = Vec::with_capacity(robot.links.len());
     let carried = |by: Option<LinkId>| robot.link_ids().rev().filter(move |id| robot.link(*id).antecedent == by);
@@ -87,7 +87,7 @@ fn nested(robot: &Robot) -> Vec<LinkId> {
     order
 }
 
-/// `<inertial>` of a body in the frame that the file gives the link.
+/// `<inertial>` of a body in the link's frame of the file.
 pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     body::check(link, ten).map_err(Error::new)?;
     let in_file = robot::transform_inertial(ten, &link.file_frame.inverse());
@@ -132,7 +132,7 @@ fn joint(
     };
     let coordinate = &robot.coordinates[k];
     let follows = drive != Drive::Actuated || factor.abs() != 1.0;
-    // In the frame of the body.
+    // Axis and position of the joint in the frame of the body.
     let to_body = link.file_frame.inverse();
     let sign = if follows { 1.0 } else { factor.signum() };
     let axis = [0, 1, 2].map(|r| sign * to_body.rotation[r][2]);
@@ -155,8 +155,8 @@ fn joint(
     Ok(Some(text + "/>"))
 }
 
-/// The attributes of MuJoCo for friction and rotor inertia. Negative figures become zero, since simulators refuse
-/// friction that drives.
+/// The attributes of MuJoCo for friction and rotor inertia. Negative values become zero, since simulators refuse
+/// negative friction.
 pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
     [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
         .map(|(key, value)| (key, value.max(0.0).to_string()))

@@ -1,13 +1,12 @@
 //! Puts identified inertials, friction and rotor inertia into an existing MuJoCo model; every other byte stays.
 //!
-//! A body has the name of its link and a joint that of its coordinate, or what follows the first `_` of it (`link1` for
-//! `panda_link1`). The frames of both files must be the same. Where a body hangs on the body of the link before, its
-//! place is compared with that of the description at q = 0.
+//! A body has the name of its link and a joint the name of its coordinate, or the part after the first `_` (`link1` for
+//! `panda_link1`). The frames of both files must be the same. Where a body is a child of the body of the antecedent, its
+//! pose is compared with the pose in the description at q = 0.
 //!
-//! The ten parameters of a link are those of everything fixed to it. So its body gets all of them, and the bodies of
-//! the links fixed to it get an inertial of zero. Without an inertial MuJoCo would take one from their shapes. A body
-//! without a joint may have no mass. What such a body holds in the model is not read, because it may be other than in
-//! the description.
+//! The ten parameters of a link include the links fixed to it. So its body gets the sum, and the bodies of the links fixed to
+//! it get an inertial of zero: without an inertial MuJoCo would compute one from their shapes. A body without a joint may
+//! have no mass. The inertials of such bodies in the model are not read, because they may differ from the description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -17,14 +16,14 @@ use roxmltree::{Document, Node};
 
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::mjcf::{attributes, file_poses, inertial, quaternion};
-use crate::write_back::mjcf_pose::Angles;
+use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
-/// Tolerance of positions, m, and of the components of quaternions. Models round to four digits.
+/// Tolerance of positions, m, and of the components of quaternions: models round to four digits.
 const POSE_TOLERANCE: f64 = 1e-3;
 
-/// The inertial of a body whose mass another body carries.
+/// The inertial of a body whose mass is part of another body.
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
 /// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.
@@ -42,7 +41,7 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
-    // Each body gets its ten parameters; the bodies fixed to it lose theirs.
+    // Each body gets its ten parameters; the bodies fixed to it get zero.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
@@ -56,7 +55,7 @@ pub fn mjcf_into(
         }
         let names: Vec<&str> = emptied.iter().map(|(name, _)| *name).collect();
         notes.extend(body::carries(link, &names));
-        notes.extend(beside(link, &node, &emptied.iter().map(|(_, part)| *part).collect::<Vec<_>>()));
+        notes.extend(other_bodies_sentence(link, &node, &emptied.iter().map(|(_, part)| *part).collect::<Vec<_>>()));
         set_inertial(&mut edits, &node, &inertial(link, ten)?);
     }
     for joint in joints {
@@ -73,7 +72,7 @@ fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
     }
 }
 
-/// Sentences on options of the model by which MuJoCo uses other inertials than those written.
+/// Sentences on options of the model that make MuJoCo change the written inertials.
 fn changes(compiler: &Node) -> Vec<String> {
     let of = |key: &str| {
         let value = compiler.attribute(key)?;
@@ -97,10 +96,10 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The element of the world with this tag and name, or with what stands behind the name's first `_`.
+/// The element of the world with this tag and name, or with the part of the name after its first `_`.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    // The robot knows names by what is shown of them.
+    // The robot has the printable form of names.
     let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
@@ -119,7 +118,7 @@ fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
 
-/// Refuses a body that is not fixed to that of its link: a body that moves needs a mass.
+/// Refuses a body that is not fixed to the body of its link: a moving body needs a mass.
 fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), Error> {
     let mut node = *part;
     while node != *body {
@@ -141,8 +140,8 @@ fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), 
     Ok(())
 }
 
-/// A sentence on bodies that the model alone fixes to that of a link.
-fn beside(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
+/// A sentence on bodies that only the model fixes to the body of a link.
+fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
     let mut names = Vec::new();
     let mut next: Vec<Node> = body.children().collect();
     while let Some(node) = next.pop() {
@@ -165,7 +164,7 @@ fn beside(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
     })
 }
 
-/// Refuses a body that stands elsewhere in that of the link before than the link does.
+/// Refuses a body whose pose in the body of the antecedent differs from the description.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
@@ -173,8 +172,8 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
         found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    // The place in the body of the link before, through frames and bodies that are fixed.
-    let (angles, mut place, mut above) = (Angles::of(node.document()), Pose::IDENTITY, *node);
+    // The pose in the body of the antecedent, through frames and fixed bodies.
+    let (angles, mut place, mut above) = (AngleConvention::of(node.document()), Pose::IDENTITY, *node);
     loop {
         let Some(pose) = angles.pose(&above) else {
             let what = "its position or orientation cannot be read; say it as pos=\"X Y Z\" and quat=\"W X Y Z\"";
@@ -189,11 +188,11 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         match above.parent() {
             Some(parent) if is_before(&parent) => break,
             Some(parent) if parent.has_tag_name("frame") || is_fixed_body(&parent) => above = parent,
-            // A body that does not hang on that of the link before has no place to compare.
+            // A body that is no child of the antecedent's body has no pose to compare.
             _ => return Ok(()),
         }
     }
-    // q and -q are one turn.
+    // The quaternions q and -q are the same rotation.
     let expected = poses[before.0].inverse().compose(&poses[id.0]);
     let near =
         |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < POSE_TOLERANCE);
@@ -273,7 +272,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // A name that is not hidden is another, and the refusal hides nothing.
+        // A name without hidden characters is another name, and the error shows hidden characters.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -349,10 +348,10 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // What moves needs a mass, and what hangs elsewhere is another robot.
+        // A moving body needs a mass, and a body at another parent is another robot.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
-        // A body that the description does not know keeps what it holds, and is named.
+        // A body that the description does not have keeps its content, and is named.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);

@@ -1,36 +1,36 @@
-//! Where an element of an MJCF stands in the element around it, by its attributes.
+//! Pose of an element of an MJCF in its parent element, by its attributes.
 //!
 //! The position is `pos`. The orientation is one of
 //! - `quat`: w x y z;
 //! - `axisangle`: an axis and an angle;
 //! - `euler`: three angles about the axes of `eulerseq`, which turn with the body where their letters are small;
 //! - `xyaxes`: x, and a y that is made orthogonal to it;
-//! - `zaxis`: z, by the smallest turn.
+//! - `zaxis`: z, by the smallest rotation.
 //!
-//! Without any of them nothing is turned. `angle` and `eulerseq` stand at a `<compiler>`; MuJoCo's defaults are degrees
-//! and `xyz`. Source: MuJoCo, XML reference, "frame orientations".
+//! Without any of them there is no rotation. `angle` and `eulerseq` are attributes of `<compiler>`; MuJoCo's defaults are
+//! degrees and `xyz`. Source: MuJoCo, XML reference, "frame orientations".
 //!
-//! Not here: attributes that a file brings by `<include>`.
+//! Not here: attributes in an included file (`<include>`).
 
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use robot::Pose;
 use roxmltree::{Document, Node};
 
-/// How the angles of a file are meant.
-pub(super) struct Angles<'a> {
-    /// rad per unit; `None` where a file that is included may say it.
+/// Unit and sequence of the angles of a file.
+pub(super) struct AngleConvention<'a> {
+    /// rad per unit; `None` where an included file may define it.
     unit: Option<f64>,
-    /// Axes of the three angles; `None` as above.
+    /// Axes of the three angles; `None` where an included file may define them.
     sequence: Option<&'a str>,
 }
 
-impl<'a> Angles<'a> {
-    /// By the compiler options of the file.
-    pub(super) fn of(document: &'a Document) -> Angles<'a> {
+impl<'a> AngleConvention<'a> {
+    /// The convention by the compiler options of the file.
+    pub(super) fn of(document: &'a Document) -> AngleConvention<'a> {
         let compilers = || document.descendants().filter(|n| n.has_tag_name("compiler"));
         let said = |key: &str| compilers().filter_map(|n| n.attribute(key)).next_back();
         let is_whole = !document.descendants().any(|n| n.has_tag_name("include"));
-        Angles {
+        AngleConvention {
             unit: said("angle").or(is_whole.then_some("degree")).map(|unit| match unit {
                 "radian" => 1.0,
                 _ => 1f64.to_radians(),
@@ -39,7 +39,7 @@ impl<'a> Angles<'a> {
         }
     }
 
-    /// The pose of an element in the element around it; `None` where its attributes are not plain.
+    /// The pose of an element in its parent element; `None` where its attributes cannot be read.
     pub(super) fn pose(&self, node: &Node) -> Option<Pose> {
         let position = match node.attribute("pos") {
             Some(text) => numbers(text)?,
@@ -72,14 +72,14 @@ impl<'a> Angles<'a> {
         }
         if let Some(text) = node.attribute("zaxis") {
             let z = unit(numbers(text)?)?;
-            // Where z is turned by half a turn, MuJoCo turns about x.
+            // For the axis -z, MuJoCo rotates by half a turn about x.
             let half = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
             return Some(UnitQuaternion::rotation_between(&Vector3::z_axis(), &z).unwrap_or_else(half));
         }
         Some(UnitQuaternion::identity())
     }
 
-    /// Three turns, one after the other: about axes that turn (small letters), or that stand still.
+    /// Three rotations, one after the other: about rotating axes (small letters), or about fixed axes.
     fn euler(&self, angles: [Option<f64>; 3]) -> Option<UnitQuaternion<f64>> {
         let sequence = self.sequence?;
         let mut rotation = UnitQuaternion::identity();
@@ -101,7 +101,7 @@ fn unit(axis: [f64; 3]) -> Option<Unit<Vector3<f64>>> {
     Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE)
 }
 
-/// Exactly so many finite numbers.
+/// Exactly N finite numbers.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let found: Option<Vec<f64>> =
         text.split_whitespace().map(|x| x.parse().ok().filter(|x: &f64| x.is_finite())).collect();
@@ -117,10 +117,10 @@ mod tests {
         let text = format!("<mujoco>{compiler}<worldbody><body {orientation}/></worldbody></mujoco>");
         let document = Document::parse(&text).unwrap();
         let body = document.descendants().find(|n| n.has_tag_name("body")).unwrap();
-        Angles::of(&document).pose(&body).map(|pose| quaternion(&pose))
+        AngleConvention::of(&document).pose(&body).map(|pose| quaternion(&pose))
     }
 
-    /// The expected quaternions are those of MuJoCo 4.0.0 and 3.1.1 (`body_quat` of the compiled model).
+    /// The expected quaternions come from MuJoCo 4.0.0 and 3.1.1 (`body_quat` of the compiled model).
     #[test]
     fn orientations_are_those_of_mujoco() {
         let radian = "<compiler angle=\"radian\"/>";
@@ -150,7 +150,7 @@ mod tests {
             assert_eq!(turned("", orientation), None, "{orientation}");
         }
         assert_eq!(turned("<compiler eulerseq=\"xyw\"/>", "euler=\"1 2 3\""), None);
-        // What is included may say that angles are radians.
+        // An included file may say that angles are radians.
         assert_eq!(turned("<include file=\"options.xml\"/>", "euler=\"1 2 3\""), None);
         assert!(turned("<include file=\"options.xml\"/>", "zaxis=\"0 1 0\"").is_some());
     }

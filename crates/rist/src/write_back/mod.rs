@@ -1,6 +1,6 @@
-//! Writes what was identified into the files that simulators read.
+//! Writes identified parameters into the files of simulators.
 //!
-//! `steps` are what a user calls; the other files know bodies and text alone.
+//! Users call `steps`; the other files only handle bodies and text.
 
 pub mod body;
 mod identified_values;

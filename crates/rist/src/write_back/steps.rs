@@ -1,4 +1,4 @@
-//! Writes identified parameters into the files that simulators read.
+//! Writes identified parameters into URDF and MJCF files.
 
 use linear_model::parameter::FrictionParameter::*;
 use linear_model::parameter::ParameterId;
@@ -13,10 +13,10 @@ use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
 
-/// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes say what
-/// a URDF cannot express.
+/// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes name
+/// parameters that a URDF cannot express.
 ///
-/// Fails where the text is no URDF, and with a verdict where the bodies are not to be used.
+/// Fails where the text is no URDF, and with a verdict where the bodies must not be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
     if !urdf.contains("<robot") {
@@ -36,7 +36,7 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
 /// shapes, or `into`: the name and the text of an existing one.
 ///
 /// Fails where the friction of the estimate has no damping and friction loss, where the robot floats or has loops and
-/// there is no `into`, where the frames of `into` are others, and with a verdict where the bodies are not to be used.
+/// there is no `into`, where the frames of `into` differ, and with a verdict where the bodies must not be used.
 pub fn write_mjcf(
     model: &Model,
     bodies: &Bodies,
@@ -79,7 +79,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
     model.regressor().coordinates().iter().zip(&bodies.armatures).map(friction).collect()
 }
 
-/// Sentences on what a URDF cannot express.
+/// Sentences on parameters that a URDF cannot express.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, bodies, estimate).is_none() {
@@ -103,7 +103,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     notes
 }
 
-/// A sentence on friction that is neither viscous nor Coulomb, where there is some.
+/// A sentence on friction that is neither viscous nor Coulomb, if any.
 fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
     let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(friction, _) if friction.is_other_friction());
     let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));

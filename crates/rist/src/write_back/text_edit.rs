@@ -1,37 +1,37 @@
-//! Attributes and elements of an XML text, changed inside the text: comments, order and spacing survive.
+//! Changes attributes and elements inside an XML text: comments, order and spacing stay.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
 use roxmltree::Node;
 
-/// Changes of a text, made together.
+/// Changes of a text, applied together.
 pub(super) struct Edits<'a> {
     text: &'a str,
     edits: Vec<(Range<usize>, String)>,
 }
 
 impl<'a> Edits<'a> {
-    /// None yet.
+    /// No changes yet.
     pub(super) fn of(text: &'a str) -> Edits<'a> {
         Edits { text, edits: Vec::new() }
     }
 
     /// The text with all changes.
     pub(super) fn apply(mut self) -> String {
-        // From the end, so that the places of the other changes stay valid.
+        // From the end, so that the positions of the other changes stay valid.
         self.edits.sort_by_key(|e| Reverse((e.0.start, e.0.end)));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));
         text
     }
 
-    /// Puts `new` in place of a range.
+    /// Replaces a range by `new`.
     pub(super) fn replace(&mut self, range: Range<usize>, new: &str) {
         self.edits.push((range, new.into()));
     }
 
-    /// Sets attributes of a child element; makes the element where there is none.
+    /// Sets attributes of a child element; creates the element if it does not exist.
     pub(super) fn set_child(&mut self, parent: &Node, tag: &str, attributes: &[(&str, String)]) {
         match parent.children().find(|n| n.has_tag_name(tag)) {
             Some(child) => self.set_attributes(&child, attributes),
@@ -54,7 +54,7 @@ impl<'a> Edits<'a> {
         }
     }
 
-    /// Puts text right after the opening tag of an element, opening it where it is empty.
+    /// Inserts text after the opening tag of an element; an empty element `<tag/>` gets a closing tag.
     pub(super) fn insert(&mut self, node: &Node, content: &str) {
         let range = node.range();
         let tag = node.tag_name().name();

@@ -1,12 +1,12 @@
 //! Writes identified inertials back into the URDF of the robot; every other byte stays.
 //!
 //! The identified body is a moving link with everything fixed to it, ten parameters about the origin
-//! of the link frame. The URDF link that the joint carries gets what remains without the lumped links.
-//! Where the remainder is not a body, that link gets everything and the inertials of the lumped links
-//! are emptied. A URDF inertial is about the centre of mass, here with axes along the link frame
-//! (rpy 0): I_c = I - m (c'c 1 - c c').
+//! of the link frame. The URDF link behind the joint gets the difference to the lumped links.
+//! Where the difference is not a physical body, this link gets the whole sum, and the inertials of the
+//! lumped links are removed. A URDF inertial is about the centre of mass, here with axes along the link
+//! frame (rpy 0): I_c = I - m (c'c 1 - c c').
 //!
-//! Only attributes are replaced, inside the text: comments, order and spacing survive.
+//! Only attributes inside the text are replaced: comments, order and spacing stay.
 
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
@@ -22,11 +22,11 @@ use crate::write_back::text_edit::{Edits, tagged};
 pub struct WrittenBack {
     /// The description with the identified parameters.
     pub text: String,
-    /// Sentences for the user: which link took over the inertia of others, and what hides the new inertials.
+    /// Sentences for the user: which link took over the inertia of others, and which options hide the new inertials.
     pub notes: Vec<String>,
 }
 
-/// Puts `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` into the
+/// Writes `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` into the
 /// URDF `text` that `robot` was read from.
 ///
 /// Fails when a body is not physically consistent (a simulator would refuse the file), when the text
@@ -46,7 +46,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // What is left for the link itself, about its centre of mass, in the frame that the file gave it.
+        // The parameters of the link itself, about its centre of mass, in its frame of the file.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -63,9 +63,9 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// The element of this tag and name among the robot's own (not in a transmission).
+/// The element of this tag and name among the children of the robot (not in a transmission).
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    // The robot knows names by what is shown of them.
+    // The robot has the printable form of names.
     let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let found = root.children().find(|n| n.has_tag_name(tag) && is_it(n));
     found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))

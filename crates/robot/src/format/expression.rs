@@ -1,20 +1,20 @@
-//! Values of a description: numbers and expressions, with every refusal placed.
+//! Values of a description: numbers and expressions; every refusal has its place in the file.
 
-use super::node::{Content, Node, Source};
+use super::node::{DescriptionFile, Node, NodeValue};
 use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 use gate::suggestion::did_you_mean;
 
-/// Larger numbers, in SI units, are no robot's: products of a few of them would drown all other terms.
+/// Bound of all numbers, in SI units: with larger ones, products of a few numbers would exceed all other terms.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
-/// A longer expression is not of a robot. The bound also limits the depth of recursion over values.
+/// Largest length of an expression. The bound also limits the depth of recursion over values.
 const MAX_EXPRESSION_CHARACTERS: usize = 1000;
-/// Most operations of a value with its symbols written out. A chain of symbols, each twice the one before it, would
-/// take for ever to evaluate.
+/// Largest number of operations of a value with its symbols expanded. The evaluation of a chain of symbols, each twice the
+/// one before it, would not end.
 const MAX_VALUE_OPERATIONS: usize = 4000;
 
-/// Why a value cannot be given to a symbol.
+/// The message that the description has no symbol of this name.
 pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
     let known = if known.is_empty() { "it has none".into() } else { format!("there are {}", known.join(", ")) };
     format!("the description has no symbol {name} to give a value to; {known}")
@@ -22,23 +22,23 @@ pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
 
 /// The names an expression may use.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Names {
+pub(super) struct KnownNames {
     pub symbols: Vec<Symbol>,
-    /// Operations of each symbol's value, its own symbols written out.
+    /// Operations of the value of each symbol, with the symbols in it expanded.
     costs: Vec<usize>,
     pub coordinates: Vec<String>,
 }
 
-impl Names {
-    /// Adds a symbol, whose value may name those before it.
-    pub(super) fn define(&mut self, source: Source, name: String, node: &Node) -> Result<(), Error> {
+impl KnownNames {
+    /// Adds a symbol; its value may contain the symbols before it.
+    pub(super) fn define(&mut self, source: DescriptionFile, name: String, node: &Node) -> Result<(), Error> {
         let value = self.constant(source, &format!("the symbol `{name}`"), node)?;
         self.costs.push(self.cost(&value));
         self.symbols.push(Symbol { name, value, generic: false });
         Ok(())
     }
 
-    /// Adds a symbol without a value of its own, unless it is there already.
+    /// Adds a symbol without a value in the file, unless it exists already; `value` stands in for its value.
     pub(super) fn define_generic(&mut self, name: &str, value: f64) {
         if !self.symbols.iter().any(|s| s.name == name) {
             self.costs.push(1);
@@ -46,8 +46,8 @@ impl Names {
         }
     }
 
-    /// Gives symbols values instead of their own. Fails where there is no such symbol, and on values of no robot.
-    pub(super) fn set_values(&mut self, source: Source, values: &[(String, f64)]) -> Result<(), Error> {
+    /// Replaces the values of symbols. Fails where there is no such symbol, and on values above [`LARGEST_NUMBER`].
+    pub(super) fn set_values(&mut self, source: DescriptionFile, values: &[(String, f64)]) -> Result<(), Error> {
         for (name, value) in values {
             let Some(symbol) = self.symbols.iter_mut().find(|s| s.name == *name) else {
                 let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
@@ -63,24 +63,24 @@ impl Names {
         Ok(())
     }
 
-    /// A value free of coordinates, finite.
-    pub(super) fn constant(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+    /// A finite value without coordinates.
+    pub(super) fn constant(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<Value, Error> {
         let value = self.value(source, what, node, &[])?;
         self.finite(source, what, node, value.number(&self.symbols))?;
         Ok(value)
     }
 
-    /// The f64 of a value free of coordinates.
-    pub(super) fn number(&self, source: Source, what: &str, node: &Node) -> Result<f64, Error> {
+    /// The f64 of a value without coordinates.
+    pub(super) fn number(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<f64, Error> {
         Ok(self.constant(source, what, node)?.number(&self.symbols))
     }
 
-    /// A value that may name coordinates.
-    pub(super) fn variable(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+    /// A value that may contain coordinates.
+    pub(super) fn variable(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<Value, Error> {
         self.value(source, what, node, &self.coordinates)
     }
 
-    pub(super) fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
+    pub(super) fn finite(&self, source: DescriptionFile, what: &str, node: &Node, x: f64) -> Result<(), Error> {
         if x.abs() <= LARGEST_NUMBER {
             return Ok(());
         }
@@ -88,20 +88,20 @@ impl Names {
             return Err(source.at(node, format!("{what} is {x:e}: no robot has a number beyond {LARGEST_NUMBER:e}")));
         }
         let found = match node.content {
-            Content::Number(x) => x.to_string(),
+            NodeValue::Number(x) => x.to_string(),
             _ => format!("{} gives {x}", node.kind()),
         };
         Err(source.at(node, format!("{what} is not a finite number: {found}")))
     }
 
-    fn value(&self, source: Source, what: &str, node: &Node, coordinates: &[String]) -> Result<Value, Error> {
+    fn value(&self, source: DescriptionFile, what: &str, node: &Node, coordinates: &[String]) -> Result<Value, Error> {
         let find = |word: &str| self.find(word, coordinates);
         let text = match &node.content {
-            Content::Number(x) => {
+            NodeValue::Number(x) => {
                 self.finite(source, what, node, *x)?;
                 return Ok(Value::Number(*x));
             }
-            Content::Text(text) => text,
+            NodeValue::Text(text) => text,
             _ => {
                 let message = format!("{what} must be a number or an expression, found {}", node.kind());
                 return Err(source.at(node, message));
@@ -112,7 +112,7 @@ impl Names {
                 source.at(node, format!("{what} is an expression of more than {MAX_EXPRESSION_CHARACTERS} characters"))
             );
         }
-        // A refusal names what a word could have meant; a coordinate is only allowed where joints move.
+        // A refusal suggests similar names; a coordinate is only allowed in the variable of a joint.
         let value = parse(text, &find).map_err(|e| {
             let refusal = match identifiers(text).find(|w| find(w).is_none()) {
                 Some(w) if self.coordinates.iter().any(|c| c == w) => format!(
@@ -127,7 +127,7 @@ impl Names {
             };
             source.at(node, format!("{what}: {refusal}"))
         })?;
-        // Symbols may stand for expressions, so a short text can be a long computation.
+        // Symbols may be expressions, so a short text can be a long computation.
         if self.cost(&value) > MAX_VALUE_OPERATIONS {
             let message =
                 format!("{what} takes more than {MAX_VALUE_OPERATIONS} operations with its symbols written out");
@@ -147,7 +147,7 @@ impl Names {
     }
 }
 
-/// The names in an expression, functions and pi aside.
+/// The names in an expression, without functions and pi.
 pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     words.filter(|w| is_name(w))

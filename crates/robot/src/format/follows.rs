@@ -1,21 +1,21 @@
-//! Joints that follow another: q = multiplier q_other + offset, through chains of them down to a coordinate.
+//! Joints that follow another joint: q = multiplier q_other + offset, resolved through chains to a coordinate.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::format::shown::shown;
 use crate::robot::{Coordinate, Limits, ModifiedDh};
 use crate::value::Value;
 
-/// A joint's position: multiplier times that of a joint that follows nobody, plus offset, rad or m.
+/// The position of a joint: multiplier times the position of the leader, plus offset, rad or m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::format) struct Follows {
-    /// Index in the file's joints.
+    /// Index of the leader in the file's joints.
     pub leader: usize,
     pub multiplier: f64,
     pub offset: f64,
 }
 
 impl Follows {
-    /// Puts the constant part where the geometry has it.
+    /// Adds the offset to the geometry: to r or theta.
     pub(in crate::format) fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
         if self.offset == 0.0 {
             return;
@@ -27,7 +27,7 @@ impl Follows {
         }
     }
 
-    /// Narrows the range and the rates of the coordinate to where this joint's own limits hold.
+    /// Narrows the limits of the coordinate so that this joint's own limits hold too.
     pub(in crate::format) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
         if self.multiplier == 0.0 {
             return;
@@ -49,9 +49,9 @@ impl Follows {
     }
 }
 
-/// What each joint follows in the end, where `next` has what it follows directly; `name` is that of a joint.
+/// The final leader of each joint, from `next`, the joint that it follows directly; `name` gives the name of a joint.
 ///
-/// Fails with the joint and what is wrong with it.
+/// Fails with a joint and a message where joints follow each other in a circle, or factors overflow.
 pub(in crate::format) fn resolved<'a>(
     next: &[Option<Follows>],
     name: impl Fn(usize) -> &'a str,

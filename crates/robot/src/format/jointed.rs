@@ -1,17 +1,17 @@
 //! A robot whose file gives joints by arbitrary axes and origins, re-framed to Khalil-Kleinfinger.
 //!
-//! The readers of URDF and MJCF list their joints, antecedents first, each with what it carries in its own frame. Every
-//! moving link gets a frame with z on its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`] keep
-//! what leads back to the file. At the end the re-framed robot is held against the file: every joint frame is where the
-//! file has it.
+//! The readers of URDF and MJCF list their joints, antecedents first, each with the bodies that it carries in its own frame.
+//! Every moving link gets a frame with z on its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`]
+//! keep the relation to the file. At the end the re-framed robot is compared with the file: every joint frame must have the
+//! pose that the file gives.
 
 use super::follows::Follows;
 use super::loop_frames::{FileLoop, loops};
-use super::node::Source;
-use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL_RAD, frames, make_parallel};
+use super::node::DescriptionFile;
+use super::reframe::{Framed, JointPlacement, MadeParallel, NEARLY_PARALLEL_RAD, frames, make_parallel};
 use super::shown::shown;
 use crate::agreement::make_one;
-use crate::angle_snap::Angles;
+use crate::angle_snap::AngleSnapping;
 use crate::closure::{self, configurations, distance};
 use crate::collision::Collision;
 use crate::error::Error;
@@ -25,37 +25,37 @@ use crate::robot::{
 use crate::value::{Affine, CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
 
-/// Distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
+/// Largest distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
 const REFRAMING_TOLERANCE: f64 = 1e-9;
 
-/// A joint and the link it moves, as their file has them.
+/// A joint and the link it moves, with the values of their file.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct FileJoint {
-    /// Its number among the joints of the file, those that do not move included.
+    /// Its number among all joints of the file, including fixed joints.
     pub id: usize,
     pub name: String,
     /// Line and column.
     pub at: (usize, usize),
-    pub given: Given,
-    /// What the joint follows, by [`FileJoint::id`]; itself where nothing leads it.
+    pub given: JointPlacement,
+    /// The joint that leads it, by [`FileJoint::id`]; itself where it follows no other.
     pub follows: Follows,
-    /// Whether nothing but a loop moves it.
+    /// Whether only a loop moves it.
     pub is_passive: bool,
     pub limits: Limits,
     pub friction: Friction,
     pub rotor_inertia: RotorInertia,
     pub link: String,
-    /// The link and what is fixed to it, in the order of the file.
-    pub carried: Vec<Carried>,
-    /// Whether the link is known to weigh nothing where none of its parts weighs.
+    /// The link and the bodies fixed to it, in the order of the file.
+    pub carried: Vec<LumpedBody>,
+    /// Whether the link has zero mass, instead of an unknown one, where none of its parts has an inertial.
     pub is_massless: bool,
 }
 
 /// A body of the file, fixed to the link of a joint.
 #[derive(Clone, Debug)]
-pub(in crate::format) struct Carried {
+pub(in crate::format) struct LumpedBody {
     pub name: String,
-    /// Its frame in that of the joint.
+    /// The pose of its frame in the frame of the joint.
     pub pose: Pose,
     /// Its inertial, in its own frame.
     pub part: Option<Part>,
@@ -63,8 +63,8 @@ pub(in crate::format) struct Carried {
     pub collisions: Vec<Collision>,
 }
 
-/// What stands beside the joints of a file.
-pub(in crate::format) struct Rest {
+/// The data of a file apart from its joints.
+pub(in crate::format) struct FileContext {
     pub name: String,
     pub base: Base,
     pub gravity: [Value; 3],
@@ -73,20 +73,20 @@ pub(in crate::format) struct Rest {
     pub snapped: Vec<Note>,
 }
 
-/// The robot of some joints, antecedents first.
+/// The robot with these joints, antecedents first.
 ///
 /// Fails where a frame cannot be re-framed accurately.
 pub(in crate::format) fn robot(
-    source: Source,
+    source: DescriptionFile,
     mut joints: Vec<FileJoint>,
-    rest: Rest,
-    angles: Angles,
+    rest: FileContext,
+    angles: AngleSnapping,
 ) -> Result<Robot, Error> {
-    let Rest { name, base, gravity, loops: file_loops, mut notes, mut snapped } = rest;
+    let FileContext { name, base, gravity, loops: file_loops, mut notes, mut snapped } = rest;
     let made = make_parallel(joints.iter_mut().map(|joint| &mut joint.given), angles);
     let called = |k: usize| &joints[k].name;
     snapped.extend(made.iter().map(|made| taken_as_parallel(made, called(made.link), called(made.antecedent))));
-    let given: Vec<Given> = joints.iter().map(|joint| joint.given.clone()).collect();
+    let given: Vec<JointPlacement> = joints.iter().map(|joint| joint.given.clone()).collect();
     let follows: Vec<Follows> = joints.iter().map(|joint| joint.follows).collect();
     let places: Vec<(usize, usize)> = joints.iter().map(|joint| joint.at).collect();
     let framed = frames(&given);
@@ -128,7 +128,7 @@ pub(in crate::format) fn robot(
         ..Robot::default()
     };
     check_frames(source, &robot, &given, &follows, &places)?;
-    if angles == Angles::Meant {
+    if angles == AngleSnapping::Meant {
         make_one(&mut robot);
     }
     passive::resolve(&mut robot).map_err(|message| source.whole(message))?;
@@ -136,23 +136,23 @@ pub(in crate::format) fn robot(
     Ok(robot)
 }
 
-/// The body that the joints hang on, by what is fixed to it.
-pub(in crate::format) fn base(rooted: &[Carried]) -> Base {
+/// The base of the joints, from the bodies fixed to it.
+pub(in crate::format) fn base(rooted: &[LumpedBody]) -> Base {
     let parts = parts(rooted, &Pose::IDENTITY);
     Base { inertial: sum(&parts), parts, collisions: collisions(rooted, &Pose::IDENTITY) }
 }
 
-/// The parts among what is carried, where `frame` is that of the joint in the link's.
-fn parts(carried: &[Carried], frame: &Pose) -> Vec<Part> {
-    let placed = |one: &Carried| {
+/// The inertial parts of the carried bodies; `frame` is the pose of the joint's frame in the link's frame.
+fn parts(carried: &[LumpedBody], frame: &Pose) -> Vec<Part> {
+    let placed = |one: &LumpedBody| {
         let part = one.part.clone()?;
         Some(Part { pose: frame.compose(&one.pose).compose(&part.pose), ..part })
     };
     carried.iter().filter_map(placed).collect()
 }
 
-fn collisions(carried: &[Carried], frame: &Pose) -> Vec<Collision> {
-    let of = |one: &Carried| {
+fn collisions(carried: &[LumpedBody], frame: &Pose) -> Vec<Collision> {
+    let of = |one: &LumpedBody| {
         let place = frame.compose(&one.pose);
         let placed = |shape: &Collision| Collision { pose: place.compose(&shape.pose), ..shape.clone() };
         one.collisions.iter().map(placed).collect::<Vec<_>>()
@@ -160,7 +160,7 @@ fn collisions(carried: &[Carried], frame: &Pose) -> Vec<Collision> {
     carried.iter().flat_map(of).collect()
 }
 
-/// The sum of some parts: XX .. M about the frame they are given in; without any it is unknown.
+/// The sum of inertial parts: XX .. M in the frame in which they are given; `None` (unknown) without parts.
 pub(in crate::format) fn sum(parts: &[Part]) -> Option<[f64; 10]> {
     let mut sum = [0.0; 10];
     for part in parts {
@@ -175,8 +175,8 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
     let frame = framed.file_frame;
     let (drive, variable) = drive(&joint, k);
     let parts = parts(&joint.carried, &frame);
-    // The link's own frame goes first, then those of what is fixed to it.
-    let mut named: Vec<&Carried> = joint.carried.iter().collect();
+    // The link's own frame comes first, then the frames of the bodies fixed to it.
+    let mut named: Vec<&LumpedBody> = joint.carried.iter().collect();
     named.sort_by_key(|one| one.name != joint.link);
     Link {
         label: joint.name.clone(),
@@ -203,7 +203,7 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
 
 /// The drive of a joint, and its variable as a multiple of the coordinate k.
 fn drive(joint: &FileJoint, k: Option<CoordinateId>) -> (Drive, Affine) {
-    // A joint that follows one that stands still does not move.
+    // A joint that follows a fixed joint does not move.
     let terms = k.filter(|_| joint.follows.multiplier != 0.0).map(|k| (k, joint.follows.multiplier));
     let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
     let drive = match (joint.follows.leader == joint.id, variable.terms.is_empty()) {
@@ -223,7 +223,7 @@ fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note 
 }
 
 /// A note on an axis that is almost parallel to the one before it. Their common normal lies far away, and numbers in a
-/// frame out there lose digits.
+/// frame at that distance lose digits.
 fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
     let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
     let text = format!(
@@ -234,11 +234,11 @@ fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
     (sine > 0.0 && sine < NEARLY_PARALLEL_RAD).then(|| Note { subject: joint.into(), text })
 }
 
-/// The forward kinematics of the re-framed robot against that of the file.
+/// Compares the forward kinematics of the re-framed robot with the forward kinematics of the file.
 fn check_frames(
-    source: Source,
+    source: DescriptionFile,
     robot: &Robot,
-    given: &[Given],
+    given: &[JointPlacement],
     follows: &[Follows],
     places: &[(usize, usize)],
 ) -> Result<(), Error> {

@@ -1,20 +1,20 @@
-//! Loops that a file states: a point of one link that coincides with a point of another, about an axis that both keep.
+//! Loops of a file: a point of one link coincides with a point of another link, and both share an axis through it.
 
 use super::reframe::placement;
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Link, LinkId, Loop, LoopFrame, PassiveCoordinate};
 use crate::value::{Affine, CoordinateId, Value};
 
-/// Two frames that coincide but for a turn about their common z axis.
+/// Two frames that coincide up to a turn about their common z axis.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct FileLoop {
     pub name: String,
-    /// Index of the joint that carries it, `None`: the base; and the frame in that of the joint.
+    /// The index of the joint that carries the frame (`None`: the base), and the pose of the frame in the joint's frame.
     pub cut: (Option<usize>, Pose),
     pub twin: (Option<usize>, Pose),
 }
 
-/// The loops of a robot with these links; each cut is one more passive coordinate. `n`: the number of coordinates.
+/// The loops of a robot with these links; the cut of each loop adds one passive coordinate. `n`: the number of coordinates.
 pub(in crate::format) fn loops(
     given: &[FileLoop],
     links: &[Link],

@@ -23,7 +23,7 @@ mod xacro;
 mod xml;
 mod yaml;
 
-pub use crate::angle_snap::Angles;
+pub use crate::angle_snap::AngleSnapping;
 pub use budget::REPEATS_TOO_MUCH;
 pub use options::{Mimic, ReadOptions};
 pub use par::read_par;

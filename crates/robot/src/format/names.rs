@@ -1,13 +1,14 @@
-//! Names as they are shown.
+//! Printable names.
 //!
-//! A name that holds what is not seen, or what changes how its neighbours are seen, is known by its shown form from the
-//! reader on ([`gate::shown::line`]): in tables, comments, generated source, columns and artefacts alike. A note says so.
+//! A name with invisible characters, or with characters that change the display of their neighbours, is replaced by its
+//! printable form ([`gate::shown::line`]) when it is read: in tables, comments, generated source, columns and artefacts. A
+//! note tells the user.
 
 use gate::shown::{is_hidden, line};
 
 use crate::robot::{Note, Robot};
 
-/// The robot with names that can be shown.
+/// The robot with printable names.
 pub(super) fn shown(mut robot: Robot) -> Robot {
     let mut hidden = Vec::new();
     let mut show = |what: &str, name: &mut String| {
@@ -23,7 +24,7 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     for link in &mut robot.links {
         show("link", &mut link.name);
         show("joint", &mut link.joint.name);
-        // These repeat the names of links, joints and files.
+        // These names repeat the names of links, joints and files, and get no further note.
         let quietly = |name: &mut String| *name = line(name).into_owned();
         quietly(&mut link.label);
         link.parts.iter_mut().for_each(|part| quietly(&mut part.name));
@@ -44,11 +45,14 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     robot
 }
 
-/// Most characters of a name. Names are keys of YAML, which have at most 1024, identifiers of generated source, and heads of
-/// columns.
+/// Largest length of a name, characters. Names are keys of YAML (at most 1024), identifiers of generated source, and heads
+/// of columns.
 const MAX_NAME_CHARACTERS: usize = 256;
 
-/// What speaks against the first name that is too long.
+/// Characters of a long name that the message shows.
+const SHOWN_NAME_CHARACTERS: usize = 40;
+
+/// The message about the first name that is too long; `None` where there is none.
 pub(super) fn too_long(robot: &Robot) -> Option<String> {
     let symbols = robot.symbols.iter().map(|symbol| ("symbol", &symbol.name));
     let coordinates = robot.coordinates.iter().map(|coordinate| ("coordinate", &coordinate.name));
@@ -59,7 +63,7 @@ pub(super) fn too_long(robot: &Robot) -> Option<String> {
         .flat_map(|link| [("joint", &link.joint.name), ("link", &link.name), ("the label of a link:", &link.label)]);
     let mut all = symbols.chain(coordinates).chain(passive).chain(links);
     let (what, name) = all.find(|(_, name)| name.chars().nth(MAX_NAME_CHARACTERS).is_some())?;
-    let start: String = name.chars().take(40).collect();
+    let start: String = name.chars().take(SHOWN_NAME_CHARACTERS).collect();
     Some(format!("{what} `{start}..`: a name has at most {MAX_NAME_CHARACTERS} characters"))
 }
 
@@ -80,7 +84,7 @@ mod tests {
         assert!(plain.notes.iter().all(|note| note.subject != "names"));
     }
 
-    /// What is read can be written: a key of YAML of more than 1024 characters is none.
+    /// Every name that is read can be written: a key of YAML has at most 1024 characters.
     #[test]
     fn a_name_without_end_is_refused_in_every_format() {
         let urdf = |name: &str| {

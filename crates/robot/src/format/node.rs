@@ -1,7 +1,7 @@
-//! A YAML text as a tree in which every value knows its line and column.
+//! A YAML text as a tree in which every value has its line and column.
 //!
-//! The only place that knows the YAML library. Duplicate keys, aliases beyond the budget and
-//! nesting beyond the budget are refused by it; what the values mean is read elsewhere.
+//! Only this file uses the YAML library. The library refuses duplicate keys, and aliases and
+//! nesting beyond the budget; the meaning of the values is read elsewhere.
 
 use std::fmt;
 
@@ -12,16 +12,16 @@ use super::budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 use crate::error::{Error, Place};
 use gate::suggestion::did_you_mean;
 
-/// One value of the text and where it stands.
+/// One value of the text and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub line: usize,
     pub column: usize,
-    pub content: Content,
+    pub content: NodeValue,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Content {
+pub(super) enum NodeValue {
     Null,
     Bool(bool),
     Number(f64),
@@ -37,13 +37,13 @@ pub(super) struct Key {
     pub text: String,
 }
 
-/// A file being read: what errors name.
+/// A file that is being read, with its name for errors.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source<'a> {
+pub(super) struct DescriptionFile<'a> {
     pub file: &'a str,
 }
 
-impl Source<'_> {
+impl DescriptionFile<'_> {
     pub(super) fn error(self, line: usize, column: usize, message: impl Into<String>) -> Error {
         Error { place: Place { file: self.file.into(), line, column }, message: message.into() }
     }
@@ -52,7 +52,7 @@ impl Source<'_> {
         self.error(at.0, at.1, message)
     }
 
-    /// An error of the file, at no place of it.
+    /// An error of the whole file, without a line.
     pub(super) fn whole(self, message: impl Into<String>) -> Error {
         self.error(0, 0, message)
     }
@@ -71,8 +71,7 @@ impl Source<'_> {
             budget: budget(text),
             strict_booleans: true,
             with_snippet: false,
-            // A number that is not finite is refused where it is used, since the message there can name what it stands
-            // for.
+            // A number that is not finite is refused where it is used, since the message there can name its quantity.
             non_finite_float_policy: serde_yaml::NonFiniteFloatPolicy::PassThrough,
         };
         serde_yaml::from_str_with_options(text, options).map_err(|e| {
@@ -93,13 +92,13 @@ fn place(n: u64) -> usize {
     usize::try_from(n).unwrap_or(0)
 }
 
-/// The message without its end, where the library puts a place of its own. Our messages begin with the place.
+/// The message without the place that the library adds at its end, since our messages begin with the place.
 fn without_place(message: &str) -> &str {
     let first = message.lines().next().unwrap_or("");
     first.find(" at line ").map_or(first, |at| &first[..at])
 }
 
-/// What is written instead of a key of a link that other tables of Denavit and Hartenberg have.
+/// The hint for a key of a link that other Denavit-Hartenberg tables have.
 fn way_out(key: &str, valid: &[&str]) -> &'static str {
     match key {
         _ if !valid.contains(&"alpha") => "",
@@ -111,21 +110,26 @@ fn way_out(key: &str, valid: &[&str]) -> &'static str {
 }
 
 impl Node {
-    /// What the value is, for a message.
+    /// The kind of the value, for a message.
     pub(super) fn kind(&self) -> String {
         match &self.content {
-            Content::Null => "nothing".into(),
-            Content::Bool(b) => format!("`{b}`"),
-            Content::Number(x) => format!("the number {x}"),
-            Content::Text(t) if t.chars().count() > 40 => "a long text".into(),
-            Content::Text(t) => format!("`{t}`"),
-            Content::List(items) => format!("a list of {}", items.len()),
-            Content::Map(_) => "a map".into(),
+            NodeValue::Null => "nothing".into(),
+            NodeValue::Bool(b) => format!("`{b}`"),
+            NodeValue::Number(x) => format!("the number {x}"),
+            NodeValue::Text(t) if t.chars().count() > 40 => "a long text".into(),
+            NodeValue::Text(t) => format!("`{t}`"),
+            NodeValue::List(items) => format!("a list of {}", items.len()),
+            NodeValue::Map(_) => "a map".into(),
         }
     }
 
     /// The entries of a map whose keys are all among `valid`; `what` names the map in errors.
-    pub(super) fn fields<'a>(&'a self, source: Source<'a>, what: &'a str, valid: &[&str]) -> Result<Fields<'a>, Error> {
+    pub(super) fn fields<'a>(
+        &'a self,
+        source: DescriptionFile<'a>,
+        what: &'a str,
+        valid: &[&str],
+    ) -> Result<Fields<'a>, Error> {
         let entries = self.map(source, what)?;
         for (key, _) in entries {
             if !valid.contains(&key.text.as_str()) {
@@ -139,35 +143,35 @@ impl Node {
         Ok(Fields { source, what, node: self, entries })
     }
 
-    pub(super) fn map<'a>(&'a self, source: Source, what: &str) -> Result<&'a [(Key, Node)], Error> {
+    pub(super) fn map<'a>(&'a self, source: DescriptionFile, what: &str) -> Result<&'a [(Key, Node)], Error> {
         match &self.content {
-            Content::Map(entries) => Ok(entries),
+            NodeValue::Map(entries) => Ok(entries),
             _ => Err(source.at(self, format!("{what} must be a map of keys to values, found {}", self.kind()))),
         }
     }
 
-    pub(super) fn list<'a>(&'a self, source: Source, what: &str) -> Result<&'a [Node], Error> {
+    pub(super) fn list<'a>(&'a self, source: DescriptionFile, what: &str) -> Result<&'a [Node], Error> {
         match &self.content {
-            Content::List(items) => Ok(items),
+            NodeValue::List(items) => Ok(items),
             _ => Err(source.at(self, format!("{what} must be a list, found {}", self.kind()))),
         }
     }
 
     /// A text, or a number as its text.
-    pub(super) fn word(&self, source: Source, what: &str) -> Result<String, Error> {
+    pub(super) fn word(&self, source: DescriptionFile, what: &str) -> Result<String, Error> {
         match &self.content {
-            Content::Text(t) if !t.trim().is_empty() => Ok(t.clone()),
-            Content::Number(x) => Ok(x.to_string()),
+            NodeValue::Text(t) if !t.trim().is_empty() => Ok(t.clone()),
+            NodeValue::Number(x) => Ok(x.to_string()),
             _ => Err(source.at(self, format!("{what} must be a name, found {}", self.kind()))),
         }
     }
 
-    /// One of a few words, by its index.
-    pub(super) fn choice(&self, source: Source, what: &str, words: &[&str]) -> Result<usize, Error> {
-        let found = words.iter().position(|w| matches!(&self.content, Content::Text(t) if t == w));
+    /// The index of the value among `words`. Fails where it is none of them.
+    pub(super) fn choice(&self, source: DescriptionFile, what: &str, words: &[&str]) -> Result<usize, Error> {
+        let found = words.iter().position(|w| matches!(&self.content, NodeValue::Text(t) if t == w));
         found.ok_or_else(|| {
             let meant = match &self.content {
-                Content::Text(t) => did_you_mean(t, words.iter().copied()),
+                NodeValue::Text(t) => did_you_mean(t, words.iter().copied()),
                 _ => String::new(),
             };
             source.at(self, format!("{what} is {}, found {}{meant}", words.join(" or "), self.kind()))
@@ -178,7 +182,7 @@ impl Node {
 /// A map whose keys are known to be valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fields<'a> {
-    source: Source<'a>,
+    source: DescriptionFile<'a>,
     what: &'a str,
     node: &'a Node,
     entries: &'a [(Key, Node)],
@@ -196,7 +200,7 @@ impl<'a> Fields<'a> {
 
 impl<'de> Deserialize<'de> for Node {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Node, D::Error> {
-        let spanned = Spanned::<Content>::deserialize(deserializer)?;
+        let spanned = Spanned::<NodeValue>::deserialize(deserializer)?;
         let at = spanned.referenced;
         Ok(Node { line: place(at.line()), column: place(at.column()), content: spanned.value })
     }
@@ -210,8 +214,8 @@ impl<'de> Deserialize<'de> for Key {
     }
 }
 
-impl<'de> Deserialize<'de> for Content {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Content, D::Error> {
+impl<'de> Deserialize<'de> for NodeValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<NodeValue, D::Error> {
         deserializer.deserialize_any(ContentVisitor)
     }
 }
@@ -219,66 +223,66 @@ impl<'de> Deserialize<'de> for Content {
 struct ContentVisitor;
 
 impl<'de> Visitor<'de> for ContentVisitor {
-    type Value = Content;
+    type Value = NodeValue;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("a value")
     }
 
-    fn visit_unit<E>(self) -> Result<Content, E> {
-        Ok(Content::Null)
+    fn visit_unit<E>(self) -> Result<NodeValue, E> {
+        Ok(NodeValue::Null)
     }
 
-    fn visit_none<E>(self) -> Result<Content, E> {
-        Ok(Content::Null)
+    fn visit_none<E>(self) -> Result<NodeValue, E> {
+        Ok(NodeValue::Null)
     }
 
-    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Content, D::Error> {
-        Content::deserialize(deserializer)
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<NodeValue, D::Error> {
+        NodeValue::deserialize(deserializer)
     }
 
-    fn visit_bool<E>(self, b: bool) -> Result<Content, E> {
-        Ok(Content::Bool(b))
+    fn visit_bool<E>(self, b: bool) -> Result<NodeValue, E> {
+        Ok(NodeValue::Bool(b))
     }
 
-    fn visit_i64<E>(self, x: i64) -> Result<Content, E> {
-        Ok(Content::Number(x as f64))
+    fn visit_i64<E>(self, x: i64) -> Result<NodeValue, E> {
+        Ok(NodeValue::Number(x as f64))
     }
 
-    fn visit_u64<E>(self, x: u64) -> Result<Content, E> {
-        Ok(Content::Number(x as f64))
+    fn visit_u64<E>(self, x: u64) -> Result<NodeValue, E> {
+        Ok(NodeValue::Number(x as f64))
     }
 
-    fn visit_i128<E>(self, x: i128) -> Result<Content, E> {
-        Ok(Content::Number(x as f64))
+    fn visit_i128<E>(self, x: i128) -> Result<NodeValue, E> {
+        Ok(NodeValue::Number(x as f64))
     }
 
-    fn visit_u128<E>(self, x: u128) -> Result<Content, E> {
-        Ok(Content::Number(x as f64))
+    fn visit_u128<E>(self, x: u128) -> Result<NodeValue, E> {
+        Ok(NodeValue::Number(x as f64))
     }
 
-    fn visit_f64<E>(self, x: f64) -> Result<Content, E> {
-        Ok(Content::Number(x))
+    fn visit_f64<E>(self, x: f64) -> Result<NodeValue, E> {
+        Ok(NodeValue::Number(x))
     }
 
-    fn visit_str<E>(self, text: &str) -> Result<Content, E> {
-        Ok(Content::Text(text.to_string()))
+    fn visit_str<E>(self, text: &str) -> Result<NodeValue, E> {
+        Ok(NodeValue::Text(text.to_string()))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Content, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<NodeValue, A::Error> {
         let mut list = Vec::new();
         while let Some(item) = items.next_element()? {
             list.push(item);
         }
-        Ok(Content::List(list))
+        Ok(NodeValue::List(list))
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Content, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<NodeValue, A::Error> {
         let mut map = Vec::new();
         while let Some(entry) = entries.next_entry()? {
             map.push(entry);
         }
-        Ok(Content::Map(map))
+        Ok(NodeValue::Map(map))
     }
 }
 
@@ -286,7 +290,7 @@ impl<'de> Visitor<'de> for ContentVisitor {
 mod tests {
     use super::*;
 
-    const SOURCE: Source = Source { file: "f" };
+    const SOURCE: DescriptionFile = DescriptionFile { file: "f" };
 
     #[test]
     fn values_know_their_place() {

@@ -1,4 +1,4 @@
-//! Reads a file of any format. Its extension tells the format; for standard input (`-`) the start of the text tells it.
+//! Reads a file of any format. The extension determines the format; for standard input (`-`) the start of the text does.
 
 use std::io;
 use std::path::Path;
@@ -17,10 +17,10 @@ use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
 use crate::robot::Robot;
 
-/// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
+/// Largest file, bytes: no robot needs a larger one, and the memory of a reader is a multiple of its text.
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
-/// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
+/// Reads the robot described by the file at `path`; its extension determines the format (`yaml`, `yml`:
 /// YAML; `urdf`, `xml`, `mjcf`: URDF or MJCF, by its first element; `xacro`: URDF with macros; `par`: SYMORO, in UTF-8 or
 /// Latin-1).
 ///
@@ -30,14 +30,14 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
     read_with(path, ReadOptions::default())
 }
 
-/// As [`read`], with options.
+/// Reads the robot described by the file at `path` as [`read`], with options.
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     parse_with(&text_of(path)?, path, options)
 }
 
-/// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension tells the
-/// format, and the name stands in messages. No file is opened but those that an MJCF includes, and the meshes that its
-/// bodies weigh by, below the folder of `path`.
+/// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension determines the
+/// format, and messages contain the name. The only opened files are files included by an MJCF, and the meshes that give the
+/// masses of its bodies, below the folder of `path`.
 ///
 /// Fails when the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
@@ -48,7 +48,7 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
     format.parse(text, path, options)
 }
 
-/// The text without macros: of a xacro the URDF that it stands for, of others the text itself.
+/// The text without macros: the expanded URDF for a xacro, else the text itself.
 ///
 /// Fails where a xacro cannot be expanded.
 pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
@@ -60,15 +60,15 @@ pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<S
     }
 }
 
-/// The text of a description, as [`read_with`] takes it from the file at `path`.
+/// The text of a description, as [`read_with`] reads it from the file at `path`.
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // The format of standard input shows only after it is read.
+    // The format of standard input is known only after it is read.
     decoded(path, is_standard_input(path) || DescriptionFormat::of(path, "")? == DescriptionFormat::Par)
 }
 
-/// `-` is standard input, as elsewhere.
+/// Whether a path is `-`, standard input.
 fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -82,10 +82,10 @@ enum DescriptionFormat {
     Xacro,
 }
 
-/// The extensions of files that are read.
+/// The extensions of the formats that are read.
 pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
 
-/// Files that describe robots and are not read, by extension or first element, with what makes one that is.
+/// Formats of robots that are not read, by extension or first element, with the remedy.
 const CONVERTED: [(&str, &str); 4] = [
     (
         "sdf",
@@ -97,8 +97,8 @@ const CONVERTED: [(&str, &str); 4] = [
 ];
 
 impl DescriptionFormat {
-    /// The format by the extension; that of standard input by its start: an XML tag, or the comment of a .par file. The
-    /// first element tells the formats of XML apart.
+    /// The format from the extension; for standard input from the start of the text: an XML tag, or the comment of a .par
+    /// file. The first element distinguishes the formats of XML. Fails for other formats.
     fn of(path: &Path, text: &str) -> Result<DescriptionFormat, Error> {
         let refused = |message: String| Err(whole_file(&path.display().to_string(), message));
         if is_standard_input(path) {
@@ -125,7 +125,7 @@ impl DescriptionFormat {
         }
     }
 
-    /// URDF or MJCF; fails where the first element is that of another format that is known.
+    /// URDF or MJCF; fails where the first element belongs to another known format.
     fn of_xml(text: &str) -> Result<DescriptionFormat, String> {
         match root_tag(text) {
             "mujoco" => Ok(DescriptionFormat::Mjcf),
@@ -162,14 +162,14 @@ impl DescriptionFormat {
     }
 }
 
-/// The text of a file in UTF-8 that a person or a program wrote about a robot: a description, options, an artefact.
+/// The text of a file in UTF-8: a description, options, an artefact.
 ///
-/// Fails when the file cannot be read, is larger than 16 MiB (a device is without end), or is not UTF-8.
+/// Fails when the file cannot be read, is larger than 16 MiB (a device may have no end), or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Error> {
     decoded(path, false)
 }
 
-/// The bytes of standard input, kept because it can be read only once and a description may be read twice.
+/// The bytes of standard input, stored because it can be read only once and a description may be read twice.
 fn standard_input() -> io::Result<&'static [u8]> {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     if let Some(bytes) = BYTES.get() {
@@ -191,7 +191,7 @@ fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
         false => source::read(path, MAX_FILE_BYTES).map_err(fail)?,
     };
     if may_be_latin && std::str::from_utf8(&bytes).is_err() {
-        // A byte of Latin-1 is a character of the same number.
+        // A byte of Latin-1 is the character with this code point.
         return Ok(bytes.iter().map(|&b| char::from(b)).collect());
     }
     String::from_utf8(bytes).map_err(|e| {

@@ -1,23 +1,23 @@
 //! Khalil-Kleinfinger frames for a tree of joints given by arbitrary axes and origins.
 //!
-//! Frame j has its z along the axis of joint j. The rest of it is free and is chosen to make the parameters
-//! sparse. Its x lies along the common normal of its axis and that of its main child (the one heading the longest
-//! chain), so that this child has gamma = b = 0. Other children use gamma and b. Where axes are parallel the normal is
-//! free along them and r_j = 0 is chosen. Where they coincide theta_j = 0 as well. Where they are nearly parallel the
-//! frame stays at the joint of the file. A last link takes theta_j = r_j = 0. The line of a prismatic joint may pass
-//! anywhere: that of a last link passes through the origin of its antecedent.
+//! Frame j has its z along the axis of joint j. Its x and its origin on the axis are free and are chosen to make the
+//! parameters sparse. Its x lies along the common normal of its axis and the axis of its main child (the child with the
+//! longest chain), so that this child has gamma = b = 0. Other children use gamma and b. Where axes are parallel the normal
+//! is free along them and r_j = 0 is chosen. Where they coincide theta_j = 0 as well. Where they are nearly parallel the
+//! frame stays at the joint of the file. A last link has theta_j = r_j = 0. The line of a prismatic joint may pass
+//! anywhere: the line of a last link passes through the origin of its antecedent.
 
-use crate::angle_snap::{Angles, computed_angle, computed_length, exact};
+use crate::angle_snap::{AngleSnapping, computed_angle, computed_length, exact};
 use crate::inertial::Pose;
 use crate::robot::ModifiedDh;
 use crate::vector::{Vector3, cross, dot, minus, norm, plus_scaled, scaled, transposed, turned};
 
 /// A joint and the link it moves, in the frames of a file.
 #[derive(Clone, Debug)]
-pub(in crate::format) struct Given {
-    /// Index of the antecedent; it stands before.
+pub(in crate::format) struct JointPlacement {
+    /// Index of the antecedent, which is smaller than the own index.
     pub antecedent: Option<usize>,
-    /// The joint frame at q = 0 in that of the antecedent.
+    /// The pose of the joint frame at q = 0 in the joint frame of the antecedent.
     pub pose: Pose,
     /// Unit vector of the axis in the joint frame.
     pub axis: Vector3,
@@ -28,47 +28,47 @@ pub(in crate::format) struct Given {
 #[derive(Clone, Debug)]
 pub(in crate::format) struct Framed {
     pub geometry: ModifiedDh,
-    /// The file's joint frame in the link frame.
+    /// The pose of the file's joint frame in the link frame.
     pub file_frame: Pose,
 }
 
-/// Sine of the angle between axes that count as parallel.
+/// Largest sine of the angle between axes that count as parallel.
 const PARALLEL_SINE: f64 = 1e-9;
-/// Distance of axes that count as one, m.
+/// Largest distance of axes that count as one, m.
 const COINCIDENT_DISTANCE_M: f64 = 1e-11;
-/// Cosine of the angle between directions that count as perpendicular. It covers the rounding of unit vectors that went
-/// through the chain of a robot's rotations.
+/// Largest cosine of the angle between directions that count as perpendicular. It covers the rounding of unit vectors after
+/// the rotations of a robot's chain.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// Axes between [`PARALLEL_SINE`] and this angle, rad, meet their common normal far away. Frames are then placed where
-/// the file has its joints, and gamma, b and r lead there.
+/// The common normal of axes between [`PARALLEL_SINE`] and this angle, rad, is far away. The frames then have their origins
+/// at the joints of the file, with non-zero gamma, b and r.
 pub(in crate::format) const NEARLY_PARALLEL_RAD: f64 = 0.01;
-/// Axes nearer to parallel than this, rad, are taken as parallel. An axis written with five digits is off by as much.
-/// One of four digits or a calibrated one is kept.
+/// Axes with a smaller angle, rad, are made parallel: the error of an axis with five digits. An axis of four digits or a
+/// calibrated axis is kept.
 const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
-/// The same where angles are to be kept as given, rad. The common normal lies 1e7 m away for every metre between the
-/// axes, and a frame placed by way of it loses 1e-9 m.
+/// Axes with a smaller angle, rad, are made parallel where angles stay as given. The common normal would be 1e7 m away for
+/// every metre between the axes, and a frame computed from it would lose 1e-9 m.
 const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
 /// An axis that was turned to be parallel to the one before it.
 pub(in crate::format) struct MadeParallel {
     pub link: usize,
     pub antecedent: usize,
-    /// The angle of that turn, rad.
+    /// The angle by which it was turned, rad.
     pub angle: f64,
 }
 
-/// Makes axes that are almost parallel to the one before them exactly parallel.
+/// Makes axes that are almost parallel to the axis of their antecedent exactly parallel. Returns the changed axes.
 pub(in crate::format) fn make_parallel<'a>(
-    links: impl IntoIterator<Item = &'a mut Given>,
-    angles: Angles,
+    links: impl IntoIterator<Item = &'a mut JointPlacement>,
+    angles: AngleSnapping,
 ) -> Vec<MadeParallel> {
-    let tolerance = if angles == Angles::Meant { TAKEN_AS_PARALLEL_RAD } else { LOST_TO_ROUNDING_RAD };
+    let tolerance = if angles == AngleSnapping::Meant { TAKEN_AS_PARALLEL_RAD } else { LOST_TO_ROUNDING_RAD };
     let mut made = Vec::new();
     let mut axes: Vec<Vector3> = Vec::new();
     for (link, given) in links.into_iter().enumerate() {
         if let Some(antecedent) = given.antecedent {
-            // The axis before, in this joint's frame.
+            // The axis of the antecedent, in this joint's frame.
             let before = turned(&transposed(&given.pose.rotation), axes[antecedent]);
             let angle = norm(cross(before, given.axis));
             if angle > PARALLEL_SINE && angle < tolerance {
@@ -82,12 +82,12 @@ pub(in crate::format) fn make_parallel<'a>(
 }
 
 /// The frames of all links, in their order.
-pub(in crate::format) fn frames(links: &[Given]) -> Vec<Framed> {
+pub(in crate::format) fn frames(links: &[JointPlacement]) -> Vec<Framed> {
     let main = main_children(links);
     let mut framed: Vec<Framed> = Vec::with_capacity(links.len());
     for (j, link) in links.iter().enumerate() {
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| framed[i].file_frame);
-        // The joint frame of j in the new frame of its antecedent.
+        // The joint frame of j, its axis and a point of it, in the new frame of its antecedent.
         let joint = before.compose(&link.pose);
         let axis = turned(&joint.rotation, link.axis);
         let point = if link.prismatic && main[j].is_none() { [0.0; 3] } else { joint.position };
@@ -115,13 +115,13 @@ pub(in crate::format) fn frames(links: &[Given]) -> Vec<Framed> {
     framed
 }
 
-/// The child that heads the longest chain, the first of equals.
-fn main_children(links: &[Given]) -> Vec<Option<usize>> {
+/// The child of each link with the longest chain; of several the first one.
+fn main_children(links: &[JointPlacement]) -> Vec<Option<usize>> {
     let mut chain = vec![1usize; links.len()];
     let mut main: Vec<Option<usize>> = vec![None; links.len()];
     for (j, link) in links.iter().enumerate().rev() {
         let Some(i) = link.antecedent else { continue };
-        // Going backwards: an earlier child of the same length wins.
+        // In reverse order, so that the first child with the longest chain wins.
         if chain[j] + 1 >= chain[i] {
             chain[i] = chain[j] + 1;
             main[i] = Some(j);
@@ -136,15 +136,16 @@ struct Normal {
     b: f64,
     alpha: f64,
     d: f64,
-    /// Unit vector along the normal, and its foot on the other axis.
+    /// Unit vector along the normal.
     direction: Vector3,
+    /// The foot of the normal on the other axis.
     foot: Vector3,
-    /// Whether the foot lies far away, since the axes are nearly parallel.
+    /// Whether the foot is far away, since the axes are nearly parallel.
     far: bool,
 }
 
 impl Normal {
-    /// The way along the normal, then theta and r about and along the other axis.
+    /// The placement along the normal, then by theta and r about and along the other axis.
     fn placement(&self, theta: f64, r: f64) -> ModifiedDh {
         ModifiedDh {
             gamma: computed_angle(self.gamma),
@@ -180,15 +181,14 @@ impl Normal {
         Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus_scaled(point, axis, t), far }
     }
 
-    /// r of a frame that may lie anywhere along the axis: at the foot of the normal, or at `point` where the foot is
-    /// far.
+    /// r of a frame with a free origin on the axis: at the foot of the normal, or at `point` where the foot is far away.
     fn nearby(&self, point: Vector3, axis: Vector3) -> f64 {
         if self.far { dot(minus(point, self.foot), axis) } else { 0.0 }
     }
 }
 
-/// Chooses between a direction in the xy plane and its opposite: the one nearer to x, or of two equally near the one
-/// with a positive distance. Returns it with its angle and the signed distance along it.
+/// Chooses between a direction in the xy plane and its opposite: the direction nearer to x; if both are equally near, the
+/// direction with a positive distance. Returns it with its angle and the signed distance along it.
 fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
     let opposite = direction[0] < -PERPENDICULAR_COSINE
         || (direction[0].abs() <= PERPENDICULAR_COSINE && distance < -COINCIDENT_DISTANCE_M);
@@ -197,9 +197,9 @@ fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
     (direction, direction[1].atan2(direction[0]), sign * distance)
 }
 
-/// theta and r that bring the frame of an axis onto its common normal with the child's axis;
-/// the child's line passes through `child_point`, or through the origin to be chosen. `nearby`: the r of a frame that
-/// may lie anywhere along the axis.
+/// theta and r that bring the frame of an axis onto its common normal with the child's axis.
+/// The child's line passes through `child_point`, or for `None` through the chosen origin. `nearby`: the r of a frame with
+/// a free origin on the axis.
 fn towards(
     normal: &Normal,
     axis: Vector3,
@@ -210,7 +210,7 @@ fn towards(
     let across = cross(axis, child_axis);
     let sine = norm(across);
     let offset = child_point.map(|p| minus(p, normal.foot));
-    // Parallel axes leave the place along them free, coincident axes the direction too.
+    // For parallel axes the origin along them is free, for coincident axes the direction too.
     let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL_RAD } else { PARALLEL_SINE };
     let (direction, r) = match (parallel, offset) {
         (true, None) => return (0.0, nearby),
@@ -222,10 +222,10 @@ fn towards(
             (scaled(sideways, 1.0 / norm(sideways)), nearby)
         }
         (false, None) => (scaled(across, 1.0 / sine), nearby),
-        // The foot of the common normal on the axis, where two lines are nearest to each other.
+        // The foot of the common normal on the axis: the point of closest approach of two lines.
         (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
     };
-    // A normal has two senses: |theta| is at most 90 degrees, and at 90 it points to the child.
+    // Of the two senses of the normal: |theta| is at most 90 degrees, and at 90 degrees it points to the child.
     let along = dot(normal.direction, direction);
     let distance = offset.map_or(0.0, |o| dot(o, direction));
     let opposite =
@@ -234,7 +234,7 @@ fn towards(
     (dot(cross(normal.direction, direction), axis).atan2(dot(normal.direction, direction)), r)
 }
 
-/// gamma, b, alpha, d, theta, r that lead to a frame.
+/// gamma, b, alpha, d, theta, r of a frame with this pose.
 pub(in crate::format) fn placement(frame: &Pose) -> ModifiedDh {
     let [x, z] = [0, 2].map(|k| frame.rotation.map(|row| row[k]));
     let normal = Normal::from_z(frame.position, z);

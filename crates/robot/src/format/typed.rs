@@ -1,9 +1,9 @@
 //! A YAML text as a value of a type, by serde.
 //!
-//! The library's own reader would be compiled anew for each type. This one walks the tree that
-//! [`node`](super::node) makes of every text, so that a type costs little code, and each error knows its line and column.
-//! What hands a visitor over is never inlined: each of the functions of serde above it would take up the whole reader of a
-//! type, and the compiler would optimise it once in each (a quarter of that time for `experiments`).
+//! The library's own reader would be compiled for each type. This reader traverses the tree of
+//! [`node`](super::node), so that a type needs little code, and each error has its line and column.
+//! Functions that pass a visitor on are never inlined: otherwise each function of serde above them would contain the whole
+//! reader of a type, and the compiler would optimise it in each (a quarter of the compile time of `experiments`).
 
 use std::fmt;
 
@@ -13,16 +13,17 @@ use serde::de::{
     self, DeserializeOwned, DeserializeSeed, EnumAccess, Expected, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
 
-use super::node::{Content, Key, Node, Source};
+use super::node::{DescriptionFile, Key, Node, NodeValue};
 
-/// The value that a text stands for.
+/// The value of a YAML text as a type.
 ///
-/// A number that is not finite is refused where the type does not ask for a number alone; what asks for one sees it, and can
-/// say what it stands for. Fails with the line and column of what is not expected and of a key that stands twice, and where
-/// anchors repeat more than the text holds.
+/// A number that is not finite is refused, except where the type requests an f64: its deserializer receives the number and
+/// can name its quantity. Fails with the line and column of an unexpected value or of a duplicate key, and where anchors
+/// repeat too much.
 pub fn read_as<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    let tree = Source { file: "" }.parse(text).map_err(|e| said((e.place.line, e.place.column), &e.message))?;
-    T::deserialize(Value { node: &tree, text }).map_err(|e| said(e.place.unwrap_or_default(), &e.message))
+    let tree =
+        DescriptionFile { file: "" }.parse(text).map_err(|e| said((e.place.line, e.place.column), &e.message))?;
+    T::deserialize(TypedValue { node: &tree, text }).map_err(|e| said(e.place.unwrap_or_default(), &e.message))
 }
 
 fn said(place: (usize, usize), message: &str) -> String {
@@ -32,7 +33,7 @@ fn said(place: (usize, usize), message: &str) -> String {
     }
 }
 
-/// What is not expected, and where; the place is that of the innermost value that knows one.
+/// An error about an unexpected value, with the place of the innermost value that has one.
 #[derive(Debug)]
 struct Unexpected {
     place: Option<(usize, usize)>,
@@ -60,26 +61,26 @@ impl de::Error for Unexpected {
     }
 }
 
-/// A value of the tree; the text tells how a scalar was written.
+/// A value of the tree, with the text for the spelling of scalars.
 #[derive(Clone, Copy)]
-struct Value<'a> {
+struct TypedValue<'a> {
     node: &'a Node,
     text: &'a str,
 }
 
-/// Whole numbers from here on are not told apart by an f64.
+/// 2^53: an f64 does not distinguish all integers from this bound on.
 const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 
-impl<'a> Value<'a> {
-    /// A scalar as it stands in the text: a link may be named `01`, `1e3` or `true`. A value that an anchor gave stands
-    /// elsewhere, so that it is shown as what was read.
+impl<'a> TypedValue<'a> {
+    /// A scalar as it is spelled in the text: a link may be named `01`, `1e3` or `true`. The value of an alias is spelled
+    /// elsewhere; it is formatted from its value.
     fn written(self) -> String {
         let line = self.text.lines().nth(self.node.line.saturating_sub(1)).unwrap_or("");
         let from = line.char_indices().nth(self.node.column.saturating_sub(1)).map_or("", |(at, _)| &line[at..]);
         let scalar = from.split([',', ']', '}']).next().unwrap_or("").split(" #").next().unwrap_or("").trim();
         match &self.node.content {
-            Content::Number(x) if scalar.starts_with('*') => x.to_string(),
-            Content::Bool(b) if scalar.starts_with('*') => b.to_string(),
+            NodeValue::Number(x) if scalar.starts_with('*') => x.to_string(),
+            NodeValue::Bool(b) if scalar.starts_with('*') => b.to_string(),
             _ => scalar.to_string(),
         }
     }
@@ -99,22 +100,22 @@ impl<'a> Value<'a> {
     #[inline(never)]
     fn visited<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match &self.node.content {
-            Content::Null => visitor.visit_unit(),
-            Content::Bool(b) => visitor.visit_bool(*b),
-            Content::Number(x) => self.number(*x, visitor),
-            Content::Text(text) => visitor.visit_borrowed_str(text),
-            Content::List(items) => visitor.visit_seq(Items { items: items.iter(), text: self.text }),
-            Content::Map(entries) => {
+            NodeValue::Null => visitor.visit_unit(),
+            NodeValue::Bool(b) => visitor.visit_bool(*b),
+            NodeValue::Number(x) => self.number(*x, visitor),
+            NodeValue::Text(text) => visitor.visit_borrowed_str(text),
+            NodeValue::List(items) => visitor.visit_seq(Items { items: items.iter(), text: self.text }),
+            NodeValue::Map(entries) => {
                 visitor.visit_map(Entries { entries: entries.iter(), value: self.node, text: self.text })
             }
         }
     }
 
-    /// The number that a type asks for; in quotes it is one too.
+    /// The number that a type requests; a number in quotes is accepted.
     #[inline(never)]
     fn asked_number<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let quoted = match &self.node.content {
-            Content::Text(text) => text.trim().parse::<f64>().ok(),
+            NodeValue::Text(text) => text.trim().parse::<f64>().ok(),
             _ => None,
         };
         self.here(match quoted {
@@ -123,21 +124,21 @@ impl<'a> Value<'a> {
         })
     }
 
-    /// What a type makes of the value; what it says of a value that it has read stands here too.
+    /// The value as a type; an error that the type itself reports gets the place of the value.
     fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
         self.here(seed.deserialize(self))
     }
 
-    /// The value is of another kind than what is asked for.
+    /// The error that the value is of another kind than the expected one.
     fn unexpected(self, expected: &dyn Expected) -> Unexpected {
         let found = match &self.node.content {
-            Content::Null => de::Unexpected::Unit,
-            Content::Bool(b) => de::Unexpected::Bool(*b),
-            Content::Number(x) if x.fract() == 0.0 && x.abs() < MAX_WHOLE => de::Unexpected::Signed(*x as i64),
-            Content::Number(x) => de::Unexpected::Float(*x),
-            Content::Text(text) => de::Unexpected::Str(text),
-            Content::List(_) => de::Unexpected::Seq,
-            Content::Map(_) => de::Unexpected::Map,
+            NodeValue::Null => de::Unexpected::Unit,
+            NodeValue::Bool(b) => de::Unexpected::Bool(*b),
+            NodeValue::Number(x) if x.fract() == 0.0 && x.abs() < MAX_WHOLE => de::Unexpected::Signed(*x as i64),
+            NodeValue::Number(x) => de::Unexpected::Float(*x),
+            NodeValue::Text(text) => de::Unexpected::Str(text),
+            NodeValue::List(_) => de::Unexpected::Seq,
+            NodeValue::Map(_) => de::Unexpected::Map,
         };
         let error: Unexpected = de::Error::invalid_type(found, expected);
         error.at(self.node.line, self.node.column)
@@ -156,7 +157,7 @@ macro_rules! asked_numbers {
     };
 }
 
-impl<'de> Deserializer<'de> for Value<'de> {
+impl<'de> Deserializer<'de> for TypedValue<'de> {
     type Error = Unexpected;
 
     #[inline(never)]
@@ -166,17 +167,17 @@ impl<'de> Deserializer<'de> for Value<'de> {
 
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match self.node.content {
-            Content::Number(x) => self.here(visitor.visit_f64(x)),
+            NodeValue::Number(x) => self.here(visitor.visit_f64(x)),
             _ => self.asked_number(visitor),
         }
     }
 
     asked_numbers! { deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64 deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_f32 }
 
-    /// The words of YAML 1.1 too, which people write.
+    /// A boolean; the words of YAML 1.1 (yes, on, ..) are accepted too.
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let word = match &self.node.content {
-            Content::Text(text) => text.to_lowercase(),
+            NodeValue::Text(text) => text.to_lowercase(),
             _ => String::new(),
         };
         match word.as_str() {
@@ -188,7 +189,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
 
     fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match self.node.content {
-            Content::Number(_) | Content::Bool(_) => self.here(visitor.visit_string(self.written())),
+            NodeValue::Number(_) | NodeValue::Bool(_) => self.here(visitor.visit_string(self.written())),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -199,17 +200,17 @@ impl<'de> Deserializer<'de> for Value<'de> {
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match self.node.content {
-            Content::Null => visitor.visit_none(),
+            NodeValue::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
 
-    /// A key without a value is a list of nothing.
+    /// A list; a key without a value is an empty list.
     #[inline(never)]
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let items: &[Node] = match &self.node.content {
-            Content::Null => &[],
-            Content::List(items) => items,
+            NodeValue::Null => &[],
+            NodeValue::List(items) => items,
             _ => return Err(self.unexpected(&visitor)),
         };
         self.here(visitor.visit_seq(Items { items: items.iter(), text: self.text }))
@@ -228,12 +229,12 @@ impl<'de> Deserializer<'de> for Value<'de> {
         self.deserialize_seq(visitor)
     }
 
-    /// Without entries: they are all left out, or put in comments.
+    /// A map; a key without a value is an empty map, since all its entries may be comments.
     #[inline(never)]
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let entries: &[(Key, Node)] = match &self.node.content {
-            Content::Null => &[],
-            Content::Map(entries) => entries,
+            NodeValue::Null => &[],
+            NodeValue::Map(entries) => entries,
             _ => return Err(self.unexpected(&visitor)),
         };
         self.here(visitor.visit_map(Entries { entries: entries.iter(), value: self.node, text: self.text }))
@@ -264,11 +265,11 @@ impl<'de> Deserializer<'de> for Value<'de> {
         visitor: V,
     ) -> Result<V::Value, Unexpected> {
         let variant = match &self.node.content {
-            Content::Map(entries) => match entries.as_slice() {
-                [(key, value)] => Variant { key, value: Some(Value { node: value, text: self.text }) },
+            NodeValue::Map(entries) => match entries.as_slice() {
+                [(key, value)] => Variant { key, value: Some(TypedValue { node: value, text: self.text }) },
                 _ => return self.here(Err(de::Error::custom("one word, or one key with its value, is expected"))),
             },
-            Content::Text(text) => {
+            NodeValue::Text(text) => {
                 let key = Key { line: self.node.line, column: self.node.column, text: text.clone() };
                 return self.here(visitor.visit_enum(Variant { key: &key, value: None }));
             }
@@ -291,7 +292,7 @@ impl<'a> SeqAccess<'a> for Items<'a> {
     type Error = Unexpected;
 
     fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Unexpected> {
-        self.items.next().map(|node| Value { node, text: self.text }.seeded(seed)).transpose()
+        self.items.next().map(|node| TypedValue { node, text: self.text }.seeded(seed)).transpose()
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -301,7 +302,7 @@ impl<'a> SeqAccess<'a> for Items<'a> {
 
 struct Entries<'a> {
     entries: std::slice::Iter<'a, (Key, Node)>,
-    /// Of the key that was given last.
+    /// The value of the last key.
     value: &'a Node,
     text: &'a str,
 }
@@ -316,39 +317,39 @@ impl<'a> MapAccess<'a> for Entries<'a> {
     }
 
     fn next_value_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<T::Value, Unexpected> {
-        Value { node: self.value, text: self.text }.seeded(seed)
+        TypedValue { node: self.value, text: self.text }.seeded(seed)
     }
 }
 
-/// What the text of a key stands for.
+/// The text of a key as a type.
 fn named<'a, K: DeserializeSeed<'a>>(key: &Key, seed: K) -> Result<K::Value, Unexpected> {
     seed.deserialize(StrDeserializer::new(&key.text)).map_err(|e: Unexpected| e.at(key.line, key.column))
 }
 
-/// One of the words of an enum, with the value behind it.
+/// A variant of an enum, with the value behind its word.
 struct Variant<'k, 'a> {
     key: &'k Key,
-    value: Option<Value<'a>>,
+    value: Option<TypedValue<'a>>,
 }
 
 impl<'a> EnumAccess<'a> for Variant<'_, 'a> {
     type Error = Unexpected;
-    type Variant = Behind<'a>;
+    type Variant = ValueAccess<'a>;
 
-    fn variant_seed<K: DeserializeSeed<'a>>(self, seed: K) -> Result<(K::Value, Behind<'a>), Unexpected> {
-        Ok((named(self.key, seed)?, Behind(self.value)))
+    fn variant_seed<K: DeserializeSeed<'a>>(self, seed: K) -> Result<(K::Value, ValueAccess<'a>), Unexpected> {
+        Ok((named(self.key, seed)?, ValueAccess(self.value)))
     }
 }
 
-struct Behind<'a>(Option<Value<'a>>);
+struct ValueAccess<'a>(Option<TypedValue<'a>>);
 
-impl<'a> Behind<'a> {
-    fn value(self) -> Result<Value<'a>, Unexpected> {
+impl<'a> ValueAccess<'a> {
+    fn value(self) -> Result<TypedValue<'a>, Unexpected> {
         self.0.ok_or_else(|| de::Error::custom("a value is expected behind this word"))
     }
 }
 
-impl<'a> VariantAccess<'a> for Behind<'a> {
+impl<'a> VariantAccess<'a> for ValueAccess<'a> {
     type Error = Unexpected;
 
     fn unit_variant(self) -> Result<(), Unexpected> {
@@ -390,7 +391,7 @@ mod tests {
         One(usize),
     }
 
-    /// A type that judges what it has read.
+    /// A type that checks its value.
     #[derive(Debug, PartialEq)]
     struct Small(f64);
 
@@ -411,7 +412,7 @@ mod tests {
 
     #[derive(Debug, Deserialize, PartialEq)]
     #[serde(deny_unknown_fields)]
-    struct Whole {
+    struct WholeStruct {
         name: String,
         x: f64,
         #[serde(default)]
@@ -428,7 +429,7 @@ mod tests {
     fn every_shape_of_value_is_read() {
         let text = "name: 01 # a link\nx: -0.0\ncount: ~\nforms: [plain, {pair: [1, 2.5]}, {named: {height: 3}}, {one: 4}]\n\
                     either: [3, 0.5, word]\n";
-        let read: Whole = read_as(text).unwrap();
+        let read: WholeStruct = read_as(text).unwrap();
         let forms = vec![Form::Plain, Form::Pair(1.0, 2.5), Form::Named { height: 3.0 }, Form::One(4)];
         let either = vec![Either::Count(3), Either::Number(0.5), Either::Word("word".into())];
         assert_eq!((read.name.as_str(), read.x.to_bits(), read.count), ("01", (-0.0_f64).to_bits(), None));
@@ -445,30 +446,30 @@ mod tests {
         assert_eq!(read, ["7", "7", "x\n"]);
     }
 
-    /// What the library's own reader takes is taken: nothing where a map or a list is, numbers in quotes, yes and no.
+    /// Values that the library's own reader accepts: an empty value as a map or a list, numbers in quotes, yes and no.
     #[test]
     fn what_people_write_is_read() {
         #[derive(Debug, Default, Deserialize, PartialEq)]
         #[serde(default, deny_unknown_fields)]
-        struct Asked {
+        struct AskedFields {
             on: bool,
             x: Option<f64>,
             count: usize,
             list: Vec<f64>,
-            inner: Option<Box<Asked>>,
+            inner: Option<Box<AskedFields>>,
         }
         #[derive(Debug, Deserialize, PartialEq)]
         struct Outer {
-            all: Asked,
+            all: AskedFields,
         }
         let empty: Outer = read_as("all:\n  # x: 1\n").unwrap();
-        assert_eq!(empty.all, Asked::default());
+        assert_eq!(empty.all, AskedFields::default());
         let text = "all: {on: Yes, x: '1.5', count: \"3\", list: , inner: }\n";
         let read: Outer = read_as(text).unwrap();
-        assert_eq!(read.all, Asked { on: true, x: Some(1.5), count: 3, ..Asked::default() });
+        assert_eq!(read.all, AskedFields { on: true, x: Some(1.5), count: 3, ..AskedFields::default() });
         assert!(read_as::<bool>("maybe").unwrap_err().contains("expected a boolean"));
         assert!(read_as::<usize>("'1.5'").unwrap_err().contains("expected usize"));
-        // An anchor's entries are merged by the library.
+        // The library merges the entries of an anchor.
         let merged: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>> =
             read_as("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").unwrap();
         assert_eq!(merged["b"].len(), 2);
@@ -493,7 +494,7 @@ mod tests {
             ("name: a\nx: 1\nsmall:\n  - 1\n  - 10\n", "line 5 column 5: it is not small"),
             ("name: a\nx: [1\n", "line "),
         ] {
-            let found = read_as::<Whole>(text).unwrap_err();
+            let found = read_as::<WholeStruct>(text).unwrap_err();
             assert!(found.starts_with(expected) && found.lines().count() == 1, "{text}: {found}");
         }
     }

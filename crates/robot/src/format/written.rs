@@ -1,4 +1,4 @@
-//! What the writers of descriptions share: names as a format takes them, and notes of what no format carries.
+//! Common functions of the writers of descriptions: names that a format allows, and notes on data that no format has.
 
 use crate::format::expression::is_name;
 use crate::inertial::Pose;
@@ -7,15 +7,16 @@ use crate::value::{Affine, CoordinateId, Symbol, Value};
 
 /// The names of symbols and coordinates in the file, each once.
 pub struct WrittenNames {
-    /// Of the symbols.
+    /// The names of the symbols.
     pub symbols: Vec<String>,
-    /// Of the coordinates.
+    /// The names of the coordinates.
     pub coordinates: Vec<String>,
     renamed: Vec<Symbol>,
 }
 
 impl WrittenNames {
-    /// `allowed`: a name in the characters of the format; `is_reserved`: whether the format reads a name as something else.
+    /// The names for a format. `allowed`: a name in the characters of the format; `is_reserved`: whether a name has another
+    /// meaning in the format.
     pub fn new(robot: &Robot, allowed: impl Fn(&str) -> String, is_reserved: impl Fn(&str) -> bool) -> WrittenNames {
         let mut taken: Vec<String> = Vec::new();
         let mut unique = |name: &str| {
@@ -23,7 +24,7 @@ impl WrittenNames {
             if !is_name(&name) {
                 name.insert(0, 'q');
             }
-            // A name begins with a letter, so one more character never makes it another reserved word.
+            // An underscore at the end of a reserved word makes no other reserved word.
             while taken.contains(&name) || is_reserved(&name) {
                 name.push('_');
             }
@@ -37,18 +38,18 @@ impl WrittenNames {
         WrittenNames { symbols, coordinates, renamed }
     }
 
-    /// A value in these names.
+    /// A value as text with these names.
     pub fn value(&self, value: &Value) -> String {
         value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
     }
 
-    /// A joint variable with its constant part.
+    /// A joint variable with its constant part, as text with these names.
     pub fn variable(&self, variable: &Affine, constant: &Value) -> String {
         variable.text(constant, &self.renamed, &|k| self.coordinates[k.0].clone())
     }
 }
 
-/// Notes what only the file of the link said.
+/// Adds notes on data of the link's file that are not written.
 pub fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
     if link.parts.len() > 1 {
         note(&link.name, format!("its {} parts are written as one link", link.parts.len()));

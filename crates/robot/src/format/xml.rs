@@ -1,16 +1,20 @@
-//! An XML text within bounds: what every reader of XML begins with.
+//! An XML text within bounds: the first step of every reader of XML.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::Error;
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
 /// The document of a text; `kind` names what it should be.
 ///
-/// Fails, with the place, on what is not XML.
-pub(in crate::format) fn document<'a>(source: Source, text: &'a str, kind: &str) -> Result<Document<'a>, Error> {
+/// Fails, with the place, where the text is not XML or exceeds the bounds.
+pub(in crate::format) fn document<'a>(
+    source: DescriptionFile,
+    text: &'a str,
+    kind: &str,
+) -> Result<Document<'a>, Error> {
     if let Some((line, tag)) = crowded(text) {
         let message =
             format!("<{}> has more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes: no element of {kind} has", shown(tag));
@@ -18,13 +22,13 @@ pub(in crate::format) fn document<'a>(source: Source, text: &'a str, kind: &str)
     }
     let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|e| {
-        // An element that is never closed is noticed at the end of the text.
+        // An element without an end is reported at the end of the text.
         let at = match e {
             roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
             _ => e.pos(),
         };
         let message = e.to_string();
-        // The library ends its messages with the place, which stands in front here.
+        // The library ends its messages with the place; here it is in front.
         let message = message.split(" at ").next().unwrap_or("").to_string();
         let message = if message.contains("DTD") { format!("{message}: take the <!DOCTYPE> out") } else { message };
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
@@ -37,7 +41,7 @@ pub(in crate::format) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The tag of the first element of a text, without its prefix; empty where none begins.
+/// The tag of the first element of a text, without its prefix; empty where there is none.
 pub(in crate::format) fn root_tag(text: &str) -> &str {
     let mut rest = text.trim_start_matches('\u{feff}').trim_start();
     loop {

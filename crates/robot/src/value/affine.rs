@@ -2,27 +2,27 @@
 
 use super::exact::{CoordinateId, Symbol, Value};
 
-/// q_j = sum_k coefficient_k * q_k + offset, the offset free of coordinates.
+/// q_j = sum_k coefficient_k * q_k + offset, with an offset without coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Affine {
-    /// In the order of the coordinates, none of them zero.
+    /// Coordinates and non-zero coefficients, in the order of the coordinates.
     pub terms: Vec<(CoordinateId, f64)>,
-    /// What the variable is where all coordinates are zero, rad or m.
+    /// The value of the variable where all coordinates are zero, rad or m.
     pub offset: Value,
 }
 
 impl Affine {
-    /// A joint held at `offset`.
+    /// The variable of a joint locked at `offset`.
     pub fn constant(offset: Value) -> Affine {
         Affine { terms: Vec::new(), offset }
     }
 
-    /// A joint that moves as this coordinate does.
+    /// The variable of a joint that equals this coordinate.
     pub fn coordinate(k: CoordinateId) -> Affine {
         Affine { terms: vec![(k, 1.0)], offset: Value::ZERO }
     }
 
-    /// Splits a value into its coordinates and the rest; `None` when it is not affine.
+    /// Splits a value into the terms of its coordinates and its offset; `None` when it is not affine.
     pub fn from_value(value: &Value, symbols: &[Symbol]) -> Option<Affine> {
         let part = |v: &Value| Affine::from_value(v, symbols);
         let combine = |a: Affine, b: Affine, sign: f64, offset: Value| {
@@ -54,7 +54,7 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
-            // A product with a constant; the offset keeps the expression, the terms take its number.
+            // A product with a constant: exact in the offset, as a number in the terms.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {

@@ -1,7 +1,7 @@
-//! A number as the user wrote it: kept exact until somebody asks for its f64.
+//! A number as the user wrote it, exact until its f64 is needed.
 //!
-//! `5*pi/6`, `D2`, `-D4/2` and `q3 - q2 - DEL` are values; what may stand in one depends on the
-//! place: lengths and angles may name symbols, a joint variable may also name coordinates.
+//! `5*pi/6`, `D2`, `-D4/2` and `q3 - q2 - DEL` are values. Lengths and angles may contain symbols, a joint
+//! variable may also contain coordinates.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
-/// Index of a coordinate in [`crate::Robot::coordinates`], and beyond their number in
+/// Index of a coordinate in [`crate::Robot::coordinates`]; from their number on, of a passive coordinate in
 /// [`crate::Robot::passive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CoordinateId(pub usize);
@@ -17,11 +17,11 @@ pub struct CoordinateId(pub usize);
 /// A named constant of the robot: a length in m or an angle in rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Symbol {
-    /// As expressions write it.
+    /// The name in expressions.
     pub name: String,
-    /// Its value, free of coordinates; may name symbols that stand before it.
+    /// Its value without coordinates; it may contain symbols before it.
     pub value: Value,
-    /// Whether the value is a stand-in, since the file gives none. Ranks and rules are right with it, numerical results
+    /// Whether the value is generic, since the file gives none. Ranks and rules are right with it, numerical results
     /// have no meaning.
     pub generic: bool,
 }
@@ -59,7 +59,7 @@ pub enum Value {
     Atan2(Box<Value>, Box<Value>),
 }
 
-/// What a name in an expression stands for.
+/// The meaning of a name in an expression.
 #[derive(Clone, Copy, Debug)]
 pub enum Name {
     /// A named constant.
@@ -78,13 +78,13 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
-    /// An angle of more than a whole turn, rad; `None` where it is less, and where a symbol gives it, which may be the user's own.
+    /// An angle of more than a full turn, rad; `None` where it is smaller, and where it has a symbol, which may be intended.
     pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
         let angle = self.number(symbols);
         (angle.abs() > 2.0 * PI && !self.has_symbol()).then_some(angle)
     }
 
-    /// What an operation is done with: one value or two; none of a number or a name.
+    /// The operands of an operation: one or two; none of a number or a name.
     pub(crate) fn operands(&self) -> impl Iterator<Item = &Value> {
         let (a, b) = match self {
             Value::Number(_) | Value::Pi | Value::Symbol(_) | Value::Coordinate(_) => (None, None),
@@ -96,7 +96,7 @@ impl Value {
         a.into_iter().chain(b).map(Box::as_ref)
     }
 
-    /// Whether a symbol stands in it.
+    /// Whether it contains a symbol.
     pub fn has_symbol(&self) -> bool {
         matches!(self, Value::Symbol(_)) || self.operands().any(Value::has_symbol)
     }
@@ -121,8 +121,8 @@ impl Value {
         }
     }
 
-    /// `num/den * pi` with small integers when the value is such a multiple by its form
-    /// (`5*pi/6`, `-pi`, a symbol so defined, zero); `None` otherwise.
+    /// `num/den * pi` with small integers when the expression is such a multiple
+    /// (`5*pi/6`, `-pi`, a symbol with such a definition, zero); `None` otherwise.
     pub fn as_multiple_of_pi(&self, symbols: &[Symbol]) -> Option<(i64, i64)> {
         let (a, b) = self.as_affine_in_pi(symbols)?;
         if b.0 == 0 { Some(a) } else { None }
@@ -178,14 +178,17 @@ impl Value {
 
 type Ratio = (i64, i64);
 
-/// A decimal with at most nine digits after the point, as a fraction.
+/// Bound of the numerator of [`ratio`], so that it is exact in an f64.
+const MAX_RATIO_NUMERATOR: f64 = 1e15;
+
+/// A decimal with at most nine digits after the point, as a fraction; else `None`.
 fn ratio(x: f64) -> Option<Ratio> {
     let scaled = x * 1e9;
-    if scaled.abs() > 1e15 {
+    if scaled.abs() > MAX_RATIO_NUMERATOR {
         return None;
     }
     let n = scaled.round();
-    // The decimal itself, not a neighbour: n / 1e9 must read back as the same f64.
+    // The decimal itself, not a neighbour: n / 1e9 must be this f64.
     if n / 1e9 != x {
         return None;
     }

@@ -1,9 +1,9 @@
-//! Values and joint variables as a user writes them; [`crate::value::parse`] reads them back.
+//! Values and joint variables as text that a user would write; [`crate::value::parse`] reads them back.
 
 use super::affine::Affine;
 use super::exact::{CoordinateId, Symbol, Value};
 
-/// How tightly an expression binds.
+/// The precedence of an expression.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Sum,
@@ -12,7 +12,7 @@ enum Binding {
 }
 
 impl Value {
-    /// The expression, its coordinates by `name`.
+    /// The expression as text; `name` gives the names of coordinates.
     pub fn text(&self, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String) -> String {
         self.bound_text(symbols, name, Binding::Sum)
     }
@@ -20,7 +20,7 @@ impl Value {
     fn bound_text(&self, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String, within: Binding) -> String {
         use Binding::{Factor, Product, Sum};
         let t = |v: &Value, within| v.bound_text(symbols, name, within);
-        // A minus in front of a product reads as that of its first factor.
+        // A minus in front of a product is read as the sign of its first factor.
         let left = |v: &Value| match v {
             Value::Neg(_) | Value::Number(_) => t(v, Sum),
             v => t(v, Product),
@@ -49,10 +49,10 @@ impl Value {
 }
 
 impl Affine {
-    /// `q3 - q2 - DEL`; `constant` is added to the variable's own offset.
+    /// The variable as text, `q3 - q2 - DEL`; `constant` is added to its own offset.
     pub fn text(&self, constant: &Value, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String) -> String {
         let mut text = String::new();
-        // Those with a plus sign first, as one writes.
+        // Positive terms first.
         let ordered = || self.terms.iter().filter(|t| t.1 > 0.0).chain(self.terms.iter().filter(|t| t.1 < 0.0));
         for &(k, c) in ordered() {
             let sign = if c < 0.0 { "-" } else { "+" };

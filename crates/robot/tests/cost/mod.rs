@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use robot::format::{Angles, Mimic, ReadOptions, parse_with, write_urdf};
+use robot::format::{AngleSnapping, Mimic, ReadOptions, parse_with, write_urdf};
 use robot::{Error, Robot};
 
 /// Processor time of this thread where the system counts it, so that other work beside it does not matter.
@@ -36,7 +36,7 @@ pub(super) fn row(
     urdf: Option<&str>,
 ) -> Option<String> {
     let urdf = urdf.map_or_else(|| write_urdf(robot).0, str::to_string);
-    let options = ReadOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, ..ReadOptions::default() };
+    let options = ReadOptions { mimic: Mimic::Independent, angles: AngleSnapping::AsGiven, ..ReadOptions::default() };
     let theirs = milliseconds(&|| parse_with(&urdf, Path::new("arm.urdf"), options))?;
     let ours = milliseconds(read)?;
     Some(format!("| {name} | {} | {difference:.0e} | {ours:.2} | {theirs:.2} |", robot.n_coordinates()))

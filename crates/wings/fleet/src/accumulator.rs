@@ -1,23 +1,23 @@
-//! Sums of sufficient statistics: logs come in, triangles stay.
+//! Sums of sufficient statistics: logs are read once and replaced by triangles.
 //!
-//! [W y] of any number of logs is one triangle per joint, and triangles of parts add: R'R = sum_k R_k'R_k
-//! [Golub, Van Loan 2013, 12.5]. Deviations need more than the sum, namely what the parts say one by one. So the logs
-//! are kept apart while they are few, and each in blocks while they are fewer still. These are the replicates of
-//! `estimators::block_deviation`. The rows are kept a second time by the state of their joint (`state_cells`).
+//! [W y] of any number of logs is one triangle per joint, and triangles add: R'R = sum_k R_k'R_k [Golub, Van Loan 2013, 12.5].
+//! Standard deviations need the parts of the sum separately. So a small number of logs is stored log by log, and an even smaller
+//! number block by block. These are the replicates of `estimators::block_deviation`. The rows are stored a second time by the
+//! state of their joint (`state_cells`).
 //!
-//! | logs | each log is kept in | by state | replicates |
+//! | logs | each log is stored in | by state | replicates |
 //! |---|---|---|---|
 //! | 1 to 4 | 16 blocks | octaves of speed, 32nds of a turn | 16 to 64 blocks |
 //! | 5 to 15 | 4 blocks | octaves, eighths of a turn | 20 to 60 blocks |
-//! | 16 to 64 | one block | two octaves each | as many as logs: what differs between logs is in the deviations |
-//! | more | 64 groups of logs, chosen by the digest of the log | two octaves each | at most 64 |
+//! | 16 to 64 | one block | two octaves each | one per log: the standard deviations contain the differences between logs |
+//! | more | 64 groups of logs, selected by the digest of the log | two octaves each | at most 64 |
 //!
-//! Up to 64 logs are a set, sorted by name. Parts merged in any partition and order give the same file to the last
-//! byte, and the sum is made when it is asked for. Beyond 64 logs, the sum of a group is rounded in the order of the
-//! merges. A file does not grow beyond 64 replicates and a line for each log.
+//! Up to 64 logs are a set, sorted by name. Parts that are merged in any partition and order give the same file byte for byte;
+//! the sum is computed on request. Beyond 64 logs, the sum of a group is rounded in the order of the merges. A file has at most
+//! 64 replicates and a line for each log.
 //!
-//! A second moment of the scores at a reference solution would be smaller. It is not taken, because the solution moves
-//! as parts come, and scores at another solution need third moments of the rows.
+//! A second moment of the scores at a reference solution would be smaller. It is not used, because the solution changes with
+//! every added part, and scores at another solution need third moments of the rows.
 
 use std::collections::BTreeMap;
 
@@ -30,16 +30,16 @@ use crate::settings::Settings;
 use crate::state_cells::StateCells;
 use identification::rows::observation::Observation;
 
-/// Largest number of logs, or groups of logs, that are kept apart.
+/// Largest number of logs, or groups of logs, that are stored separately.
 pub(crate) const MAX_REPLICATES: usize = 64;
 
 /// A log that could not be used.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FailedLog {
-    /// The file, as the user named it.
+    /// Name of the file, as given by the user.
     pub name: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
@@ -57,14 +57,14 @@ impl Accumulator {
         Accumulator { settings, replicates: Vec::new(), failed: Vec::new() }
     }
 
-    /// The sums that a file holds, with the logs put into their order.
+    /// The sums from a file, with the logs sorted.
     pub(super) fn of(settings: Settings, replicates: Vec<Replicate>, failed: Vec<FailedLog>) -> Accumulator {
         let mut all = Accumulator { settings, replicates, failed };
         all.settle();
         all
     }
 
-    /// What all its logs have in common.
+    /// The settings that all its logs share.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -74,7 +74,7 @@ impl Accumulator {
         &self.replicates
     }
 
-    /// Where its rows come from, in the order of the names.
+    /// The sources of its rows, in the order of the names.
     pub fn logs(&self) -> Vec<&LogAccount> {
         let mut logs: Vec<&LogAccount> = self.replicates.iter().flat_map(|r| &r.logs).collect();
         logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
@@ -86,15 +86,15 @@ impl Accumulator {
         &self.failed
     }
 
-    /// Notes a log that could not be used.
+    /// Records a log that could not be used.
     pub fn fail(&mut self, name: String, reason: String) {
         self.failed.push(FailedLog { name, reason });
         self.settle();
     }
 
-    /// Adds a log. The first settles the cut-off where the options leave it open.
+    /// Adds a log. The first log sets the cut-off where the options do not.
     ///
-    /// Fails with the name of a log that is in it already, or was filtered otherwise.
+    /// Fails with the name of a log that is already included, or has other filter settings.
     pub fn add(&mut self, replicate: Replicate) -> Result<(), Error> {
         let mut settings = self.settings.clone();
         settle_cutoff(&mut settings, &replicate.observation);
@@ -103,7 +103,7 @@ impl Accumulator {
 
     /// Adds the logs of other sums.
     ///
-    /// Fails with what differs in the settings, or with the name of a log that is in both, and then stays as it was.
+    /// Fails with the differences of the settings, or with the name of a log that is in both; the sums are then unchanged.
     pub fn merge(&mut self, other: &Accumulator) -> Result<(), Error> {
         let mut settings = self.settings.clone();
         if self.replicates.is_empty() && settings.options.signal.cutoff.is_none() {
@@ -131,7 +131,7 @@ impl Accumulator {
                 )));
             }
         }
-        // Which of two names for the columns of a log is kept does not depend on the order of merging.
+        // The choice between two names for the columns of a log is independent of the order of merging.
         let names = [&settings.options.columns, &theirs.options.columns].map(|names| format!("{names:?}"));
         if names[1] < names[0] {
             settings.options.columns = theirs.options.columns;
@@ -143,8 +143,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The triangles of all its logs by replicate block, and how the joints moved; `None` without a log. Each replicate has a
-    /// number of its own, as logs have.
+    /// The triangles of all its logs by replicate block, and the statistics of the joints' motion; `None` without a log. Each
+    /// replicate has its own number, like a log.
     pub fn observation(&self) -> Option<Observation> {
         let numbered = |(number, replicate): (usize, &Replicate)| {
             let mut observation = replicate.observation.clone();
@@ -165,14 +165,14 @@ impl Accumulator {
         Some(all)
     }
 
-    /// The triangles of faults of all its logs, in `groups` groups of neighbours at most.
+    /// The triangles of faults of all its logs, in at most `groups` groups of neighbours.
     pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
         let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
         let sum = |some: &[&Triangle]| Triangle::sum(some[0].columns(), some.iter().copied());
         all.chunks(all.len().div_ceil(groups).max(1)).map(sum).collect()
     }
 
-    /// Sorts the logs, and folds their blocks as the head of this file says.
+    /// Sorts the logs, and merges their blocks by the table at the top of this file.
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
         let blocks = match logs {
@@ -198,14 +198,14 @@ impl Accumulator {
             self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
         }
         let found: Vec<String> = self.logs().into_iter().map(|log| log.name.clone()).collect();
-        // A log that could be read after all has not failed.
+        // A log that was read successfully later has not failed.
         self.failed.retain(|failed| found.binary_search(&failed.name).is_err());
         self.failed.sort();
         self.failed.dedup();
     }
 }
 
-/// The cut-off that the rule gave, where none was asked for.
+/// Sets the cut-off from the rule, where the options give none.
 fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
     let signal = &mut settings.options.signal;
     if signal.order > 0 && signal.cutoff.is_none() {
@@ -219,7 +219,7 @@ mod tests {
     use crate::replicate::MAX_FAULT_PARTS_PER_LOG;
     use crate::replicate::of_hypotheses;
     use crate::test_arm::{self, Pendulum};
-    use identification::estimate::ledger::hypotheses::{Open, Point};
+    use identification::estimate::claims::hypotheses::{FitPoint, UndeterminedMechanics};
     use identification::estimate::options::Options;
     use identification::estimators::weighted::{Weights, fit};
     use linear_model::linear_model::Model;
@@ -237,7 +237,7 @@ mod tests {
         changed_log(k, |_| ())
     }
 
-    /// The same with other torques.
+    /// Log k with changed torques.
     fn changed_log(k: u64, change: impl FnOnce(&mut States)) -> Replicate {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
@@ -249,8 +249,10 @@ mod tests {
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let point = Point { x: &solution.x, weights: &weights, robust: None };
-        let faults = of_hypotheses(&model, &[states][..], point, Open::default(), MAX_FAULT_PARTS_PER_LOG).unwrap();
+        let point = FitPoint { x: &solution.x, weights: &weights, robust: None };
+        let faults =
+            of_hypotheses(&model, &[states][..], point, UndeterminedMechanics::default(), MAX_FAULT_PARTS_PER_LOG)
+                .unwrap();
         Replicate { logs: vec![account], observation, cells, faults }
     }
 
@@ -260,8 +262,8 @@ mod tests {
         sums
     }
 
-    /// Four logs whose torques differ by some per cent: their estimate is as unsure as four draws are, and not as the blocks of
-    /// them would be.
+    /// Four logs with torques that differ by some per cent: the standard deviation of their estimate is that of four draws, not
+    /// that of their blocks.
     #[test]
     fn what_changes_from_log_to_log_is_in_the_deviation() {
         let scaled = |k: u64| {
@@ -269,7 +271,7 @@ mod tests {
         };
         let (fit, _) = sums((0..4).map(scaled)).fit().unwrap();
         for p in &fit.estimate.parameters[..2] {
-            // Factors with a deviation of 0.077 leave their mean unsure by half of that.
+            // Factors with a standard deviation of 0.077: the standard deviation of their mean is half of that.
             let share = p.sigma.unwrap() / p.value.unwrap().abs();
             assert!((0.025..0.08).contains(&share), "{p:?}");
         }
@@ -286,12 +288,12 @@ mod tests {
         let wider = (0..3).filter(|&c| with.parameters[c].sigma > without.parameters[c].sigma).count();
         assert!(wider > 0, "{with:?}");
         for (p, exact) in with.parameters.iter().zip(exact) {
-            // The largest fault alone counts, so three deviations hold it.
+            // Only the largest fault counts, so three standard deviations include it.
             assert!((p.value.unwrap() - exact).abs() < 3.0 * p.sigma.unwrap(), "{p:?} {exact}");
         }
     }
 
-    /// Merges parts of some logs one after the other, with each log in one part, and logs and parts in any order.
+    /// Merges parts of some logs in sequence, with each log in one part, and logs and parts in random order.
     fn merged(logs: &[Replicate], random: &mut Random) -> Accumulator {
         let mut left: Vec<&Replicate> = logs.iter().collect();
         let mut parts: Vec<Accumulator> = (0..1 + random.index(5)).map(|_| empty()).collect();
@@ -331,7 +333,7 @@ mod tests {
         assert_eq!((a.rows, b.rows), (15_000, 15_000));
         for j in 0..=3 {
             for i in 0..=j {
-                // Some hundred folds, each a rounding of the norm of the column.
+                // Some hundred merges, each with a rounding error of the norm of the column.
                 assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-12 * a.column_norm(j.min(2)).max(a.at(3, 3)));
             }
         }

@@ -1,56 +1,58 @@
-//! Standard deviations by the jackknife that leaves out one block of the data at a time.
+//! Standard deviations by the jackknife that omits one block of the data at a time.
 //!
-//! Residuals that stay the same for a while, of one joint or of several together, are alike within a block and unlike
-//! between blocks. With the weights by joint held, the solution without block g and the variance are
+//! Residuals that persist for some time, in one joint or in several together, are correlated within a block and not between
+//! blocks. With fixed weights by joint, the solution without block g and the variance are
 //!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
 //!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g
-//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where only a few blocks determine a parameter, its variance
-//! scatters as if there were only those blocks. With pi_g the share of block g in what determines the parameter, its
-//! degrees of freedom are
+//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where only a few blocks determine a parameter, the estimate of its
+//! variance is as uncertain as if there were only those blocks. With pi_g the share of block g in the information on the
+//! parameter, its degrees of freedom are
 //!   nu_c = 1 / sum_g pi_g^2 - 1,   pi_g = (A^-1 A_g A^-1)_cc / (A^-1)_cc       [Satterthwaite 1946]
-//! which is G - 1 where all blocks contribute alike. Everything follows from the triangles of the blocks, so sums over
-//! many logs have deviations without a second pass over their rows. What differs from log to log (temperature) is in
-//! the deviations where a block is a log.
+//! which is G - 1 where all blocks contribute equally. Everything follows from the triangles of the blocks, so sums over many
+//! logs have standard deviations without a second pass over their rows. Differences between logs (temperature) are in the
+//! standard deviations where a block is a log.
 //!
 //! | symbol | code | shape |
 //! |---|---|---|
 //! | A_g, s_g | `clusters::Cluster` | p x p, p |
 //! | G | `blocks` | |
 //!
-//! Not here: correlation across the ends of blocks, which `correlated_deviation` allows for, from the rows.
+//! Not here: correlation across the ends of blocks, which `correlated_deviation` includes, from the rows.
 
 use numerics::least_squares::Solution;
 use numerics::triangle::Triangle;
 
-use identification::estimators::clusters::{Cluster, Whole};
+use identification::estimators::clusters::{Cluster, FullNormalMatrix};
 use identification::rows::observation::weighted;
 
-/// Deviations by the jackknife.
+/// Standard deviations by the jackknife.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockDeviation {
-    /// One per parameter, in its unit; zero with fewer than two blocks.
+    /// Standard deviations, one per parameter, in its unit; zero with fewer than two blocks.
     pub sigma: Vec<f64>,
-    /// Degrees of freedom of each; zero where one block alone shows the parameter.
+    /// Degrees of freedom of each; zero where a single block determines the parameter.
     pub freedom: Vec<f64>,
-    /// Blocks that hold rows.
+    /// Number of blocks with rows.
     pub blocks: usize,
 }
 
-/// Where the block left out alone shows a parameter, the parameter is held by this share of the norm of its column.
+/// Where the omitted block alone determines a parameter, the parameter is regularised with this share of the norm of its column.
 /// Directions of a condition number of a thousand are a hundred times stronger.
-const PARAMETER_HOLD_SHARE: f64 = 1e-5;
+const REGULARISATION_SHARE: f64 = 1e-5;
 
-/// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
+/// Standard deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
 pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
     let p = solution.x.len();
     let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
     let clusters: Vec<Cluster> = with_rows.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    let whole = Whole::of_clusters(p, &clusters);
+    let whole = FullNormalMatrix::of_clusters(p, &clusters);
     let (mut variance, mut squares, mut blocks) = (vec![0.0; p], vec![0.0; p], 0);
-    for (cluster, told) in clusters.iter().zip(whole.told(&clusters, PARAMETER_HOLD_SHARE * PARAMETER_HOLD_SHARE)) {
-        // Held, the matrix is positive definite; a block with NaN is skipped.
-        let Some(moved) = whole.moved(cluster, 1.0, PARAMETER_HOLD_SHARE * PARAMETER_HOLD_SHARE) else { continue };
-        squares.iter_mut().zip(told).for_each(|(sum, share)| *sum += share * share);
+    for (cluster, shares) in
+        clusters.iter().zip(whole.information_shares(&clusters, REGULARISATION_SHARE * REGULARISATION_SHARE))
+    {
+        // Regularised, the matrix is positive definite; a block with NaN is skipped.
+        let Some(moved) = whole.moved(cluster, 1.0, REGULARISATION_SHARE * REGULARISATION_SHARE) else { continue };
+        squares.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * share);
         variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
         blocks += 1;
     }
@@ -71,7 +73,7 @@ mod tests {
     use identification::rows::observation::Observation;
     use linear_model::linear_model::Model;
     use numerics::least_squares::solve;
-    use numerics::student::reach;
+    use numerics::student::two_sided_quantile;
     use random::Random;
 
     #[test]
@@ -108,11 +110,11 @@ mod tests {
                 let observation = Observation::of(&model, &states, 16);
                 let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
                 let found = block_deviation(&observation.parts, &weights, &solution);
-                let half = |c: usize| reach(0.05, found.freedom[c]) * found.sigma[c];
+                let half = |c: usize| two_sided_quantile(0.05, found.freedom[c]) * found.sigma[c];
                 covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
-            // 95 % are promised, and 600 draws scatter by 1 %, of which three are allowed. Correlation across
-            // the ends of blocks is missing.
+            // 95 % are expected, and 600 draws have a standard deviation of 1 %, of which three are allowed. Correlation across
+            // the ends of blocks is not included.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
         }
     }
@@ -131,7 +133,7 @@ mod tests {
         let found = block_deviation(&observation.parts, &weights, &solution);
         let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
-        // Eight blocks leave a deviation uncertain by a quarter; a factor of two is beyond that.
+        // With eight blocks a standard deviation has an uncertainty of a quarter; a factor of two is beyond that.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
         // The first block alone determines ZZ; all blocks determine the other parameters equally well.
         assert!(found.freedom[0] < 0.1 && found.freedom[1] > 5.0 && found.freedom[1] <= 7.0, "{found:?}");

@@ -1,15 +1,15 @@
-//! What changed: the parameters of robots, or of days of one robot, against those of a reference.
+//! Changes of parameters of robots, or of one robot from day to day, with respect to a reference.
 //!
-//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each
-//! sigma is the larger of the white deviation and that between replicates, with degrees of freedom of its own.
-//! `crate::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
-//! answered together (`false_discovery`). Only parameters that both determine are compared; those that one leaves open
-//! are named.
+//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each sigma is
+//! the larger of the standard deviation from white noise and the one between replicates, with its own degrees of freedom.
+//! `crate::behrens_fisher` gives the probability of d_c without a change. The tests of all parameters and robots are combined
+//! (`false_discovery`). Only parameters that are determined in both are compared; parameters that are undetermined in one are
+//! listed.
 
 use std::fmt;
 
 use crate::behrens_fisher::two_sided_difference;
-use linear_model::artefact::{self, Kind, Seal};
+use linear_model::artefact::{self, ArtefactKind, Checksum};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use logs::Error;
@@ -19,15 +19,15 @@ use crate::accumulator::Accumulator;
 use crate::false_discovery::families;
 use crate::solution::Solved;
 
-/// Which parameters are asked about. Each question costs power: the rate is held over all that are asked.
+/// The parameters that are tested. Each test costs power: the rate is controlled over all tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compared {
-    /// All that both determine.
+    /// All parameters that are determined in both.
     #[default]
     All,
-    /// Those of bodies and rotors. Friction and offsets, which move with temperature and from day to day, are fitted and
-    /// not asked about.
+    /// Parameters of bodies and rotors. Friction and offsets, which change with temperature and from day to day, are fitted and
+    /// not tested.
     Inertial,
 }
 
@@ -37,43 +37,43 @@ impl Compared {
     }
 }
 
-/// Robots against a reference.
+/// Comparison of robots with a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
     /// Name of the robot's model.
     pub model: String,
-    /// The reference, as the user named it.
+    /// The reference, as named by the user.
     pub reference: String,
-    /// The parameters that were asked about.
+    /// The parameters that were tested.
     #[serde(default)]
     pub of: Compared,
-    /// False discovery rate that is held over the robots, and over the parameters of those that changed.
+    /// False discovery rate that is controlled over the robots, and over the parameters of the changed ones.
     pub rate: f64,
-    /// In the order given.
+    /// The robots, in the order given.
     pub robots: Vec<ComparedRobot>,
-    /// Whether the file that it was read from is as rist wrote it.
+    /// Whether the checksum of the file that it was read from matches.
     #[serde(skip)]
-    pub seal: Seal,
+    pub seal: Checksum,
 }
 
-/// One robot against the reference.
+/// Comparison of one robot with the reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ComparedRobot {
-    /// The robot, as the user named it.
+    /// The robot, as named by the user.
     pub name: String,
     /// Whether it changed.
     pub changed: bool,
-    /// The smallest rate at which it is said to have changed.
+    /// The smallest rate at which it is reported as changed.
     pub adjusted: f64,
-    /// The parameters that both determine, in the order of the columns.
+    /// The parameters that are determined in both, in the order of the columns.
     pub parameters: Vec<Difference>,
-    /// Parameters that one of the two leaves open.
+    /// Parameters that are undetermined in one of the two.
     pub open: Vec<ParameterId>,
 }
 
-/// One parameter of one robot against the reference.
+/// Comparison of one parameter of one robot with the reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
@@ -83,26 +83,26 @@ pub struct Difference {
     pub unit: Unit,
     /// Its value in the reference.
     pub reference: f64,
-    /// Its value minus that of the reference.
+    /// Its value minus the value in the reference.
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
     /// Probability of a difference as large without a change.
     pub p: f64,
-    /// Whether it moved.
+    /// Whether it changed.
     pub moved: bool,
 }
 
 impl Difference {
-    /// How many of its standard deviations the difference is.
+    /// The difference in standard deviations.
     pub fn deviations(&self) -> f64 {
         if self.sigma > 0.0 { self.difference / self.sigma } else { 0.0 }
     }
 }
 
-/// Compares the parameters `of` robots, by name, with the reference; `rate`: the false discovery rate to be held.
+/// Compares the parameters `of` robots, by name, with the reference; `rate`: the false discovery rate to be controlled.
 ///
-/// Fails with what differs in the settings of two sums, where two hold the same log, and where one cannot be solved.
+/// Fails with the differences of the settings of two sums, where two contain the same log, and where one cannot be solved.
 pub fn compare(
     reference: (&str, &Accumulator),
     robots: &[(&str, &Accumulator)],
@@ -126,7 +126,7 @@ pub fn compare(
         robot.parameters.iter_mut().zip(family.found).for_each(|(d, found)| d.moved = found);
     }
     let model = reference.1.settings().model.name.clone();
-    Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, seal: Seal::Whole })
+    Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, seal: Checksum::Whole })
 }
 
 /// A robot and its reference.
@@ -136,7 +136,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Refuses sums of other settings, and a log that counts on both sides.
+    /// Refuses sums with different settings, and a log on both sides.
     fn check(&self) -> Result<(), Error> {
         let [(ours, a), (theirs, b)] = [self.ours, self.theirs];
         let differences = a.settings().differences(b.settings());
@@ -193,17 +193,18 @@ impl Comparison {
 
     /// The text of comparison.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Comparison, self.seal, self).map_err(Error::new)
+        artefact::write(ArtefactKind::Comparison, self.seal, self).map_err(Error::new)
     }
 
-    /// Reads comparison.yaml; fails with the line that is not that of a comparison.
+    /// Reads comparison.yaml; fails with the line that does not belong to a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
-        let comparison: Comparison = artefact::read(Kind::Comparison, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(Comparison { seal: Seal::of(text), ..comparison })
+        let comparison: Comparison =
+            artefact::read(ArtefactKind::Comparison, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(Comparison { seal: Checksum::of(text), ..comparison })
     }
 }
 
-/// Robots that did not change are named one by one up to this number, and counted beyond.
+/// Unchanged robots are listed up to this number, and counted beyond.
 const MAX_NAMED_ROBOTS: usize = 8;
 
 impl fmt::Display for Comparison {
@@ -238,19 +239,19 @@ impl fmt::Display for ComparedRobot {
             self.write_moved(f)?;
         } else {
             let most = self.parameters.iter().max_by(|a, b| b.p.total_cmp(&a.p));
-            let most = most.map_or(String::new(), |d| format!(", {} most: {:+.1} deviations", d.name, d.deviations()));
+            let most = most.map_or(String::new(), |d| format!(", {} most: {:+.1} sigma", d.name, d.deviations()));
             writeln!(f, "\n{}: nothing moved (adjusted p {:.2}{most})", self.name, self.adjusted)?;
         }
         if !self.open.is_empty() {
             let names: Vec<String> = self.open.iter().map(ToString::to_string).collect();
-            writeln!(f, "not compared, one of the two leaves them open: {}", names.join(", "))?;
+            writeln!(f, "not compared, one of the two does not identify them: {}", names.join(", "))?;
         }
         Ok(())
     }
 }
 
 impl ComparedRobot {
-    /// The table of what moved, the most deviations first.
+    /// The table of the changed parameters, the largest deviations first.
     fn write_moved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut moved: Vec<(&Difference, String)> =
             self.parameters.iter().filter(|d| d.moved).map(|d| (d, d.name.to_string())).collect();
@@ -287,12 +288,12 @@ mod tests {
 
     use crate::state_cells::StateCells;
 
-    /// Sums over one log of a pendulum whose MX is larger by `more`.
+    /// Sums over one log of a pendulum with an MX that is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {
         with_friction(seed, more, 0.0)
     }
 
-    /// The same with viscous friction that is larger by `viscous`, fitted where there is some.
+    /// Sums over one log with viscous friction that is larger by `viscous`, fitted where there is some.
     fn with_friction(seed: u64, more: f64, viscous: f64) -> Accumulator {
         let arm = Pendulum::new();
         let friction = if viscous == 0.0 { Vec::new() } else { FrictionTerm::STANDARD.to_vec() };
@@ -319,7 +320,7 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // 0.1 N m over 9.81 m/s^2 and the root of five hundred rows is a deviation of 0.0005 kg m; four of them are
+        // 0.1 N m over 9.81 m/s^2 and the root of five hundred rows is a standard deviation of 0.0005 kg m; four of them are
         // allowed.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);

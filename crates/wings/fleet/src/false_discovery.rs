@@ -1,18 +1,18 @@
-//! Many questions at once: which of them to answer with yes so that few of the answers are wrong.
+//! Multiple tests: control of the false discovery rate.
 //!
-//! The false discovery rate is the expected share of wrong answers among the yeses. Of m p-values the k smallest are
-//! yeses, where k is the largest with p_(k) <= k q / m [Benjamini, Hochberg 1995]. The adjusted value of a question is
-//! the smallest q at which it is a yes. The rule holds q for independent questions and for positively dependent ones.
-//! Estimates of one robot are such to a good approximation, and so are robots that share a reference. The bound for any
-//! dependence [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 questions. It costs more
-//! power than asking for a smaller rate does. Measured rates are in docs/benchmarks.md.
+//! The false discovery rate is the expected share of false rejections among the rejections. Of m p-values the k smallest are
+//! rejected, where k is the largest with p_(k) <= k q / m [Benjamini, Hochberg 1995]. The adjusted value of a test is the
+//! smallest q at which it is rejected. The rule controls q for independent tests and for positively dependent ones. Estimates of
+//! one robot are such to a good approximation, and so are robots with a common reference. The bound for any dependence
+//! [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 tests. It costs more power than a smaller rate.
+//! Measured rates are in docs/benchmarks.md.
 //!
-//! Questions come in families, the parameters of one robot. A family is asked whether any of its questions is a yes, by
-//! its smallest adjusted value [Simes 1986]. Of m families R say so at q, and the questions within these are asked at
-//! q R / m [Benjamini, Bogomolov 2014]. So the rate over families is held, and so is that over the parameters in the
-//! families that are shown. A family that says yes has a parameter that does.
+//! Tests are grouped in families, the parameters of one robot. The hypothesis that a family has no rejection is tested by its
+//! smallest adjusted value [Simes 1986]. Of m families R are rejected at q, and the tests within these are made at q R / m
+//! [Benjamini, Bogomolov 2014]. So the rate over families is controlled, and also the rate over the parameters in the rejected
+//! families. A rejected family has at least one rejected parameter.
 
-/// The smallest rate at which each question is answered with yes.
+/// The smallest rate at which each test is rejected.
 pub(crate) fn adjusted(p: &[f64]) -> Vec<f64> {
     let m = p.len();
     let mut order: Vec<usize> = (0..m).collect();
@@ -26,20 +26,20 @@ pub(crate) fn adjusted(p: &[f64]) -> Vec<f64> {
     out
 }
 
-/// The answers of one family.
+/// The results of one family.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Family {
-    /// The p-value for none of its questions being a yes.
+    /// The p-value of the hypothesis that nothing in the family changed.
     pub p: f64,
-    /// The smallest rate over families at which it says yes.
+    /// The smallest rate over families at which it is rejected.
     pub adjusted: f64,
-    /// Whether it says yes.
+    /// Whether it is rejected.
     pub is_found: bool,
-    /// Which of its questions are answered with yes.
+    /// Whether each of its tests is rejected.
     pub found: Vec<bool>,
 }
 
-/// Answers the questions of families with a false discovery rate of `rate`.
+/// Tests families with a false discovery rate of `rate`.
 pub(crate) fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
     let within: Vec<Vec<f64>> = p.iter().map(|p| adjusted(p)).collect();
     let simes: Vec<f64> = within.iter().map(|q| q.iter().copied().fold(1.0, f64::min)).collect();
@@ -61,7 +61,7 @@ mod tests {
     use numerics::student::two_sided;
     use random::Random;
 
-    /// The fifteen p-values of the example of Benjamini and Hochberg 1995: at 5 % the four smallest are yeses.
+    /// The fifteen p-values of the example of Benjamini and Hochberg 1995: at 5 % the four smallest are rejected.
     #[test]
     fn the_published_example() {
         let p = [
@@ -73,8 +73,8 @@ mod tests {
         assert!((adjusted[0] - 0.0015).abs() < 1e-12 && adjusted[14] == 1.0);
     }
 
-    /// Families have normal errors, and one in ten has a few that moved by five. The rates are held over families and
-    /// over questions, where the questions of a family are dependent and where all families share a reference.
+    /// Families have normal errors, and one in ten has a few that changed by five. The rates are controlled over families and
+    /// over tests, where the tests of a family are dependent and where all families share a reference.
     #[test]
     fn the_rate_is_held() {
         let mut random = Random::new(4);
@@ -104,17 +104,17 @@ mod tests {
                 missed += 10 - (yes - wrong);
                 assert!(found.iter().all(|f| f.is_found == (questions(f) > 0)));
             }
-            // 5 % are promised. The share of a run scatters by some 7 % and the mean of 60 by 1 %, of which three are
+            // 5 % are expected. The share of a run has a standard deviation of 7 % and the mean of 60 of 1 %, of which three are
             // allowed.
             assert!(of_families < 0.08 && of_questions < 0.08, "{shared}: {of_families} {of_questions}");
             assert!(missed < 60, "{shared}: {missed} of 600 families missed");
         }
     }
 
-    /// The mean share of wrong robots among those found, and the share found of those that changed.
+    /// The mean share of unchanged robots among the rejected ones, and the share of changed robots that are rejected.
     ///
-    /// Fleets of 500 robots of 16 logs are compared with one reference of 64. Deviations are estimated, with 13 and 60
-    /// degrees of freedom, and 25 robots have one of 24 parameters moved.
+    /// Fleets of 500 robots of 16 logs are compared with one reference of 64. Standard deviations are estimated, with 13 and 60
+    /// degrees of freedom, and 25 robots have one of 24 parameters changed.
     fn fleets(count: usize, moved: f64) -> (f64, f64) {
         let (mut random, robots, changed, parameters) = (Random::new(9), 500, 25, 24);
         let mut deviation = |variance: f64, freedom: usize| {
@@ -127,8 +127,7 @@ mod tests {
             let mut p = |robot: usize, c: usize| {
                 let ((a, s), (b, r)) = (deviation(0.8, 13), reference[c]);
                 let d = a - b + if robot < changed && c == robot % parameters { moved } else { 0.0 };
-                // The normal distribution exceeds this in one of fifteen cases, which is a yes at no rate that is asked
-                // for here.
+                // The normal distribution exceeds this in one of fifteen cases, which is rejected at none of the rates here.
                 if d.abs() < 1.8 * s.hypot(r) { 1.0 } else { two_sided_difference(d, (s, 13.0), (r, 60.0)) }
             };
             let p: Vec<Vec<f64>> = (0..robots).map(|i| (0..parameters).map(|c| p(i, c)).collect()).collect();
@@ -143,8 +142,8 @@ mod tests {
 
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, of which one is allowed. With Welch's
-        // freedom it is 7.1 %.
+        // The share of one fleet has a standard deviation of 4 %, the mean of 60 of 0.5 %, of which one is allowed. With Welch's
+        // degrees of freedom it is 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");
         let (_, power) = fleets(5, 2.0);

@@ -1,14 +1,13 @@
-//! Wing: more logs than one machine holds, as sums of sufficient statistics, and what changed between two of them.
+//! Wing: more logs than fit on one machine, as sums of sufficient statistics, and the changes between two sums.
 //!
-//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates of equal [`Settings`](settings::Settings)
-//! become an [`Accumulator`], which is written ([`tri_file`]), merged, solved ([`solution`])
-//! and compared with others ([`comparison`]). No row is needed again. Not here, because they need the rows twice:
-//! robust weights, the search for a delay, a friction model or drive gains, autocorrelation of residuals from sample to
-//! sample.
+//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates of equal [`Settings`](settings::Settings) become an
+//! [`Accumulator`], which is written ([`tri_file`]), merged, solved ([`solution`]) and compared with others ([`comparison`]). The
+//! rows are not needed again. Not here, because they need the rows twice: robust weights, the search for a delay, a friction
+//! model or drive gains, autocorrelation of residuals from sample to sample.
 //!
-//! What the core promises this wing: `identification` has the rows of a log as triangles by joint
-//! (`rows::observation::Observation`), fits triangles whatever log they come from (`estimators`, `estimate::identify`), and takes
-//! replicates of sums in place of blocks of rows (`estimators::replicate_deviation`); `rist` has the request table and the verdict.
+//! Interfaces of the core for this wing: `identification` provides the rows of a log as triangles by joint
+//! (`rows::observation::Observation`), fits triangles of any logs (`estimators`, `estimate::identify`), and accepts replicates of
+//! sums in place of blocks of rows (`estimators::replicate_deviation`); `rist` has the request table and the verdict.
 
 #![warn(missing_docs)]
 

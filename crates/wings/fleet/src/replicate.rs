@@ -1,16 +1,15 @@
-//! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
+//! One log as triangles: blocks of its rows, their sources, and statistics of the joints' motion.
 //!
-//! A log is kept in `MAX_BLOCKS_PER_LOG` blocks, of which fewer are left as more logs come together (`accumulator`).
-//! Blocks are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit
-//! whenever it was folded.
+//! A log is stored in `MAX_BLOCKS_PER_LOG` blocks, which are merged as more logs are added (`accumulator`). Neighbouring blocks
+//! are merged four at a time. So a log with four blocks is the same bit for bit, whenever its blocks were merged.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
 use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::state_cells::{Grain, StateCells};
-use identification::estimate::ledger::hypotheses::{Open, Point, hypotheses_of, triangles};
+use crate::state_cells::{CellSize, StateCells};
+use identification::estimate::claims::hypotheses::{FitPoint, UndeterminedMechanics, hypotheses_of, triangles};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::{Observation, sum_by_joint};
 use identification::signals::records::{Records, SourceRecords};
@@ -18,54 +17,61 @@ use identification::signals::records::{Records, SourceRecords};
 /// Largest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
 
-/// Largest number of parts of one log for the hypotheses.
+/// Largest number of segments of one log for the hypotheses.
 pub(super) const MAX_FAULT_PARTS_PER_LOG: usize = 8;
 
-/// Number of blocks that are folded into one.
+/// Number of blocks that are merged into one.
 const BLOCKS_PER_FOLD: usize = 4;
 
-/// Where the rows of one log come from.
+/// The source of the rows of one log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogAccount {
-    /// The file, as the user named it.
+    /// Name of the file, as given by the user.
     pub name: String,
-    /// Digest of its samples, by which the same log is recognised under another name.
+    /// Digest of its samples; it identifies the log under another name.
     pub digest: String,
     /// Rows of the file.
     pub rows: usize,
-    /// Rows whose values are all numbers, on a clock that advances.
+    /// Rows with finite values and an advancing clock.
     pub kept: usize,
-    /// Samples left after the filter, the ends and the decimation.
+    /// Samples after the filter, the removal of the ends and the decimation.
     pub samples: usize,
-    /// From the first row to the last, s.
+    /// Time from the first row to the last, s.
     pub duration: f64,
-    /// Between rows, s.
+    /// Time between rows, s.
     pub period: f64,
 }
 
-/// Some logs, mostly one, whose residuals may be alike.
+/// One or more logs with correlated residuals, usually one.
 #[derive(Clone, Debug)]
 pub struct Replicate {
     /// Its logs, in the order of their names.
     pub logs: Vec<LogAccount>,
-    /// The triangles by block and joint, and how the joints moved.
+    /// The triangles by block and joint, and statistics of the joints' motion.
     pub observation: Observation,
-    /// The same rows by the state of their joint.
+    /// The rows by the state of their joint.
     pub cells: StateCells,
-    /// Some of the rows with the columns of the hypotheses, weighted as a fit to this log alone weighs them, by part of the log;
-    /// none where nothing is tested.
+    /// Some of the rows with the columns of the hypotheses, weighted like a fit to this log alone, by segment of the log; none
+    /// where nothing is tested.
     pub faults: Vec<Triangle>,
 }
 
 impl Replicate {
     /// The replicate of the records of one log.
     ///
-    /// `open`: what its mechanics leave open beside the parameters. Fails when they cannot be read.
-    pub fn of(model: &Model, log: &LogSource, records: &SourceRecords, open: Open) -> Result<Replicate, Error> {
+    /// `open`: properties of its mechanics that are undetermined in addition to the parameters. Fails when the records cannot be
+    /// read.
+    pub fn of(
+        model: &Model,
+        log: &LogSource,
+        records: &SourceRecords,
+        open: UndeterminedMechanics,
+    ) -> Result<Replicate, Error> {
         let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
         let mut cells = StateCells::new(model);
         records.each(&mut |states| {
+            // Each record adds its own blocks, which are merged below.
             let one = Observation::of(model, states, MAX_BLOCKS_PER_LOG);
             samples += states.len();
             cells.add(model, states);
@@ -75,7 +81,7 @@ impl Replicate {
             }
         })?;
         let Some(mut observation) = all else {
-            return Err(Error::at(&log.name(), 0, "no sample is left of it"));
+            return Err(Error::at(&log.name(), 0, "no sample of it remains"));
         };
         while observation.parts.len() > MAX_BLOCKS_PER_LOG {
             fold(&mut observation, 2);
@@ -90,8 +96,9 @@ impl Replicate {
             duration: report.clock.duration,
             period: report.clock.period,
         };
+        // Faults are weighted by a fit to this log alone, since the sums have no rows.
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let point = Point { x: &solution.x, weights: &weights, robust: None };
+        let point = FitPoint { x: &solution.x, weights: &weights, robust: None };
         let faults = of_hypotheses(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
         Ok(Replicate { logs: vec![account], observation, cells, faults })
     }
@@ -101,7 +108,7 @@ impl Replicate {
         self.logs.first().map(|log| (log.name.as_str(), log.digest.as_str()))
     }
 
-    /// Leaves at most `blocks` blocks of it.
+    /// Merges its blocks until at most `blocks` remain.
     pub(crate) fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
@@ -111,13 +118,13 @@ impl Replicate {
             fold_faults(&mut self.faults);
         }
         self.cells.fold_to(match blocks {
-            0..=1 => Grain::SpeedOnly,
-            MAX_BLOCKS_PER_LOG.. => Grain::Fine,
-            _ => Grain::Coarse,
+            0..=1 => CellSize::SpeedOnly,
+            MAX_BLOCKS_PER_LOG.. => CellSize::Fine,
+            _ => CellSize::Coarse,
         });
     }
 
-    /// Takes the rows of another into its one block.
+    /// Adds the rows of another replicate to its one block.
     pub fn absorb(&mut self, mut other: Replicate) {
         self.logs.append(&mut other.logs);
         self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
@@ -130,23 +137,23 @@ impl Replicate {
     }
 }
 
-/// Merges four neighbouring parts at a time.
+/// Merges four neighbouring triangles at a time.
 fn fold_faults(parts: &mut Vec<Triangle>) {
     *parts = parts.chunks(BLOCKS_PER_FOLD).map(|some| Triangle::sum(some[0].columns(), some)).collect();
 }
 
-/// Merges `together` neighbouring parts at a time.
+/// Merges `together` neighbouring blocks at a time.
 fn fold(observation: &mut Observation, together: usize) {
     observation.parts = observation.parts.chunks(together.max(2)).map(sum_by_joint).collect();
     observation.log_of.truncate(observation.parts.len());
 }
 
-/// A hash after FNV-1a that takes a word at a time and rotates.
+/// A hash like FNV-1a that processes a word at a time and rotates.
 #[derive(Clone, Copy)]
 pub struct Digest(pub u64);
 
 impl Digest {
-    /// The digest of nothing.
+    /// The digest of no words.
     pub const EMPTY: Digest = Digest(0xcbf2_9ce4_8422_2325);
 
     /// The digest with one more word.
@@ -161,7 +168,7 @@ impl Digest {
     }
 }
 
-/// Digest of the samples of a log: instants, positions, velocities, efforts.
+/// Digest of the samples of a log: times, positions, velocities, efforts.
 fn digest(log: &LogSource) -> Result<u64, Error> {
     let mut digest = Digest::EMPTY;
     let mut add = |part: &Log| {
@@ -178,15 +185,15 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
     Ok(digest.0)
 }
 
-/// What sums keep of the hypotheses: one triangle per part of a record, of the rows beside a fit to it alone. Empty where there is no
+/// The triangles of the hypotheses: one per segment of a record, of its rows with a fit to it alone. Empty where there is no
 /// hypothesis.
 ///
 /// Fails when a record cannot be read.
 pub(crate) fn of_hypotheses<R: Records + ?Sized>(
     model: &Model,
     records: &R,
-    fit: Point,
-    open: Open,
+    fit: FitPoint,
+    open: UndeterminedMechanics,
     parts: usize,
 ) -> Result<Vec<Triangle>, Error> {
     let all = hypotheses_of(model, open);

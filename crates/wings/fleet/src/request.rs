@@ -1,4 +1,4 @@
-//! What is asked of sums: how logs are added up, and how sums are compared.
+//! The requests of sums: adding logs, and comparing sums.
 
 use rist::Options;
 use rist::request::{METHOD, Range, Request, RowsRequest};
@@ -6,7 +6,7 @@ use rist::wings::Wing;
 
 use crate::comparison::Compared;
 
-/// What this wing adds.
+/// The contributions of this wing.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("compare", CompareRequest::fields), ("accumulate", AccumulateRequest::fields)],

@@ -1,8 +1,8 @@
-//! What parts must have in common to be added: robot, columns, filter, friction, transmission.
+//! The settings that sums must share to be added: robot, columns, filter, friction, transmission.
 //!
-//! Triangles hold numbers only. The settings say what they mean: the columns by name and unit, the model by its
-//! fingerprint (which covers geometry and gravity), and every option that a row depends on. The names of the columns in
-//! the logs do not count, because two recorders may call one signal differently.
+//! Triangles contain numbers only. The settings define their meaning: the columns by name and unit, the model by its fingerprint
+//! (which covers geometry and gravity), and every option that affects a row. The names of the columns in the logs may differ,
+//! because two recorders may name one signal differently.
 
 use linear_model::description_options::DescriptionOptions;
 use linear_model::friction::terms::columns_before;
@@ -14,26 +14,26 @@ use linear_model::unit::Unit;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
-use identification::estimate::ledger::hypotheses::{Hypothesis, Open, hypotheses_of};
+use identification::estimate::claims::hypotheses::{Hypothesis, UndeterminedMechanics, hypotheses_of};
 use identification::estimate::options::Options;
 use identification::estimators::weighted::Weights;
 
-/// What all logs of a sum have in common.
+/// The common settings of all logs of a sum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// The robot, by name and fingerprint.
     pub model: ModelReference,
-    /// How its description was read, where it was not read as it stands.
+    /// Options for reading the description, where they are not the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
-    /// In the order of the triangles.
+    /// Coordinates, in the order of the triangles.
     pub coordinates: Vec<Axis>,
-    /// In the order of the triangles' columns: base parameters, friction, couplings.
-    pub columns: Vec<Column>,
+    /// Columns of the triangles in order: base parameters, friction, couplings.
+    pub columns: Vec<TriangleColumn>,
     /// The options of the identification.
     pub options: Options,
-    /// In the order of the columns behind those of the parameters, in the triangles of faults.
+    /// Hypotheses, in the order of the columns after the parameters, in the triangles of faults.
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -41,7 +41,7 @@ pub struct Settings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
-    /// As the description names it.
+    /// Name in the description.
     pub name: String,
     /// Whether it is a length.
     pub slides: bool,
@@ -50,20 +50,20 @@ pub struct Axis {
 /// A column of the triangles: one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Column {
+pub struct TriangleColumn {
     /// The parameter.
     pub name: ParameterId,
     /// SI unit of its value.
     pub unit: Unit,
-    /// The coordinates that it acts with, counted from 0.
+    /// The coordinates that it acts on, counted from 0.
     pub moves_with: Vec<usize>,
     /// Whether its joint slides.
     pub slides: bool,
 }
 
-impl From<&Parameter> for Column {
-    fn from(parameter: &Parameter) -> Column {
-        Column {
+impl From<&Parameter> for TriangleColumn {
+    fn from(parameter: &Parameter) -> TriangleColumn {
+        TriangleColumn {
             name: parameter.id.clone(),
             unit: parameter.unit(),
             moves_with: parameter.coordinates.clone(),
@@ -75,17 +75,17 @@ impl From<&Parameter> for Column {
 impl Settings {
     /// The settings of a robot and of the options of an identification.
     ///
-    /// Fails where the options ask for what needs the rows twice.
+    /// Fails where an option needs the rows twice.
     pub fn new(
         regressor: &dyn Regressor,
         model: ModelReference,
         description: Option<DescriptionOptions>,
         options: &Options,
-        open: Open,
+        open: UndeterminedMechanics,
     ) -> Result<Settings, Error> {
         if !options.weights.losses().is_empty() {
             return Err(Error::new(format!(
-                "weights {}: they follow from the residual of each row, and a sum has no rows left; take joint or none, or \
+                "weights {}: they follow from the residual of each row, and a sum has no rows; take joint or none, or \
                  identify these logs in one go",
                 options.weights.word()
             )));
@@ -94,14 +94,14 @@ impl Settings {
         options.model = model.name.clone();
         let couplings = options.transmission.coupled();
         let linear = Model::new(regressor, &options.friction, &couplings);
-        let columns = linear.parameters.iter().map(Column::from).collect();
+        let columns = linear.parameters.iter().map(TriangleColumn::from).collect();
         let hypotheses = hypotheses_of(&linear, open);
         let axis = |(k, name): (usize, &String)| Axis { name: name.clone(), slides: regressor.is_prismatic(k) };
         let coordinates = regressor.coordinates().iter().enumerate().map(axis).collect();
         Ok(Settings { model, description, coordinates, columns, options, hypotheses })
     }
 
-    /// What differs from other settings, one phrase each; empty where sums of both can be added.
+    /// The differences from other settings, one phrase each; empty where both sums can be added.
     pub fn differences(&self, other: &Settings) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: String, theirs: String| {
@@ -113,7 +113,7 @@ impl Settings {
         let model = |s: &Settings| format!("{} ({})", s.model.name, s.model.fingerprint);
         compare("model", model(self), model(other));
         compare("its description was read with", shown(&self.description), shown(&other.description));
-        // Every option on which a row depends.
+        // Every option that affects a row.
         let (ours, theirs) = (&self.options, &other.options);
         let hz = |x: Option<f64>| x.map_or("as the logs ask for".to_string(), |hz| format!("{hz} Hz"));
         compare("cut-off", hz(ours.signal.cutoff), hz(theirs.signal.cutoff));
@@ -124,7 +124,7 @@ impl Settings {
         compare("friction", shown(&ours.friction), shown(&theirs.friction));
         compare("base parameters of the load", shown(&ours.friction_load), shown(&theirs.friction_load));
         compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
-        // The cut-off and the samples kept have their own phrases above.
+        // The cut-off and the decimation have their own phrases above.
         let rest = |options: &Options| {
             let mut signal = options.signal.clone();
             (signal.cutoff, signal.decimate) = (None, None);
@@ -135,7 +135,7 @@ impl Settings {
         if found.is_empty() && self.hypotheses != other.hypotheses {
             found.push("the faults that were looked for differ".into());
         }
-        // Alike settings give alike columns; where they do not, the files were made differently.
+        // Equal settings give equal columns; where they do not, the files were made by different versions.
         if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
             let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
             found.push(match odd {
@@ -146,18 +146,18 @@ impl Settings {
         found
     }
 
-    /// The columns as a regressor, which has no values.
+    /// The columns as a regressor without values.
     ///
-    /// Fails where the columns are not those that the friction and the couplings of the options give.
-    pub(crate) fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
+    /// Fails where the columns do not agree with the friction and the couplings of the options.
+    pub(crate) fn columns_alone(&self) -> Result<ColumnsOnly, Error> {
         let options = &self.options;
-        // Base parameters stand first, then friction and couplings, whose number the options tell.
+        // Base parameters come first, then friction and couplings; the options determine their number.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
         let others = friction + couplings.iter().map(|c| c.parameters().len()).sum::<usize>();
         let unlike = || Error::new("its columns are not those of its friction and transmission: make the file again");
         let base = self.columns.len().checked_sub(others).ok_or_else(unlike)?;
-        let parameter = |column: &Column| match &column.name {
+        let parameter = |column: &TriangleColumn| match &column.name {
             ParameterId::Base(name) => Ok(BaseParameter {
                 name: name.clone(),
                 coordinates: column.moves_with.clone(),
@@ -166,21 +166,21 @@ impl Settings {
             _ => Err(unlike()),
         };
         let n = self.coordinates.len();
-        let alone = ColumnsAlone {
+        let alone = ColumnsOnly {
             coordinates: self.coordinates.iter().map(|axis| axis.name.clone()).collect(),
             slides: self.coordinates.iter().map(|axis| axis.slides).collect(),
             parameters: self.columns[..base].iter().map(parameter).collect::<Result<_, _>>()?,
         };
-        // The numbers in a file may point beyond its coordinates.
-        let is_inside = |c: &Column| c.moves_with.iter().all(|&k| k < n);
+        // The indices in a file may exceed its coordinates.
+        let is_inside = |c: &TriangleColumn| c.moves_with.iter().all(|&k| k < n);
         let is_motor = couplings.iter().all(|c| c.rows().all(|k| k < n));
         let is_tested = self.hypotheses.iter().all(|hypothesis| hypothesis.is_of(n));
         if !is_motor || !is_tested || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }
-        // The columns that these options give must be those of the file, one by one.
+        // The columns from these options must equal the columns of the file, one by one.
         let model = Model::new(&alone, &options.friction, &couplings);
-        match model.parameters.iter().map(Column::from).eq(self.columns.iter().cloned()) {
+        match model.parameters.iter().map(TriangleColumn::from).eq(self.columns.iter().cloned()) {
             true => Ok(alone),
             false => Err(unlike()),
         }
@@ -192,14 +192,14 @@ fn shown<T: std::fmt::Debug>(value: &T) -> String {
     format!("{value:?}")
 }
 
-/// The columns of a regressor whose values are in the triangles already.
-pub struct ColumnsAlone {
+/// The columns of a regressor with values that are already in the triangles.
+pub struct ColumnsOnly {
     coordinates: Vec<String>,
     slides: Vec<bool>,
     parameters: Vec<BaseParameter>,
 }
 
-impl Regressor for ColumnsAlone {
+impl Regressor for ColumnsOnly {
     fn coordinates(&self) -> &[String] {
         &self.coordinates
     }
@@ -212,7 +212,7 @@ impl Regressor for ColumnsAlone {
         self.slides[k]
     }
 
-    /// There are no values, so that results computed with them are NaN.
+    /// There are no values, so results computed with them are NaN.
     fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
         y.fill(f64::NAN);
     }
@@ -230,7 +230,7 @@ mod tests {
             ModelReference { name: "arm".into(), fingerprint: "1".into() },
             None,
             options,
-            Open::default(),
+            UndeterminedMechanics::default(),
         )
     }
 

@@ -1,39 +1,39 @@
-//! From sums to an estimate: what `identify` finds in the same logs, without their rows.
+//! The estimate from sums: equal to the result of `identify` for the same logs, without their rows.
 //!
-//! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the
-//! blocks (`estimators::block_deviation`), scaled by Student's t of its degrees of freedom, so that 1.96 of it hold 95 %,
-//! and from the bands of speed and position (`state_cells`), together as `estimators::replicate_deviation` takes them. It
-//! is at least that of white noise, and that between logs. Faults widen it as they do in `identify`, told by the triangles that
-//! each log leaves for them beside its own fit. Not here, because they need the rows: residuals that move with another joint, rows
-//! that do not fit.
+//! Values, residuals and the error on left-out blocks equal the results of `estimate::identify`. The standard deviation comes
+//! from the blocks (`estimators::block_deviation`), scaled by Student's t of its degrees of freedom so that 1.96 of it cover 95
+//! %, and from the bands of speed and position (`state_cells`), combined like in `estimators::replicate_deviation`. It is at
+//! least the standard deviation from white noise, and the one between logs. Faults inflate it like in `identify`, with the
+//! triangles that each log stores for them next to its own fit. Not here, because they need the rows: residuals that depend on
+//! another joint, rows that do not fit.
 //!
-//! A difference of two sums (`comparison`) is judged by the blocks alone: what a model lacks is the same on both sides.
+//! A difference of two sums (`comparison`) is tested with the blocks alone: model errors are the same on both sides.
 
 use logs::Error;
 use numerics::least_squares::Solution;
-use numerics::student::reach;
+use numerics::student::two_sided_quantile;
 use numerics::triangle::Triangle;
 
 use crate::accumulator::Accumulator;
 use crate::block_deviation::{BlockDeviation, block_deviation};
-use crate::settings::ColumnsAlone;
+use crate::settings::ColumnsOnly;
 use crate::state_cells::StateCells;
 use identification::estimate::artefact::Estimate;
+use identification::estimate::claims::hypotheses::{HypothesisTest, tested};
+use identification::estimate::claims::{inflate_by_faults, inflate_by_undetected_faults};
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::identify::{Fit, NO_JOINT_MOVES, of_signals, report, with_deviations};
-use identification::estimate::ledger::hypotheses::{Tested, tested};
-use identification::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
 use identification::estimate::logs_left_out::{logs_left_out, sentence as of_left_out};
-use identification::estimators::clusters::Whole;
+use identification::estimators::clusters::FullNormalMatrix;
 use identification::estimators::replicate_deviation::{ReplicateDeviation, by_band, moved_by_logs, white_deviation};
 use identification::estimators::weighted::fit;
 use identification::rows::observation::{Observation, weighted};
 
-/// With fewer blocks than this a deviation is uncertain by more than a half.
+/// With fewer blocks than this a standard deviation has an uncertainty of more than a half.
 const SUFFICIENT_BLOCKS: usize = 8;
 
-/// The numbers that the sums of a robot give, before they are put into words.
+/// The numerical results of the sums of a robot.
 pub(super) struct Solved {
     pub observation: Observation,
     pub joints: Vec<Triangle>,
@@ -43,7 +43,7 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    /// Fails where there is no log, and where no joint ever moves.
+    /// Solves the sums. Fails where there is no log, and where no joint ever moves.
     pub(super) fn of(sums: &Accumulator) -> Result<Solved, Error> {
         let observation = sums.observation().ok_or_else(|| match sums.failed().first() {
             Some(failed) => Error::new(format!("no log could be used: {}", failed.reason)),
@@ -58,21 +58,21 @@ impl Solved {
         Ok(Solved { observation, joints, solution, deviation, weights })
     }
 
-    /// The deviation by blocks, one per parameter.
+    /// The standard deviation by blocks, one per parameter.
     ///
-    /// It is the larger of that of white noise and that of the blocks times `reach` of its degrees of freedom.
-    pub(super) fn sigma(&self, reach: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// The larger of the standard deviation from white noise and the one of the blocks times `interval` of its degrees of freedom.
+    pub(super) fn sigma(&self, interval: impl Fn(f64) -> f64) -> Vec<f64> {
         let BlockDeviation { sigma, freedom, .. } = &self.deviation;
         let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
-        both.map(|(white, (blocks, freedom))| white.max(reach(*freedom) * blocks)).collect()
+        both.map(|(white, (blocks, freedom))| white.max(interval(*freedom) * blocks)).collect()
     }
 
-    /// The deviations: by blocks, by the bands of these cells, and by logs.
+    /// The standard deviations: by blocks, by the bands of these cells, and by logs.
     fn believed(&self, cells: &StateCells) -> ReplicateDeviation {
-        let interval = |freedom: f64| reach(0.05, freedom) / INTERVAL;
-        // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
+        let interval = |freedom: f64| two_sided_quantile(0.05, freedom) / INTERVAL;
+        // Below one degree of freedom the quantile would be unbounded, and the standard deviation is no estimate.
         let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
-        let whole = Whole::of(&weighted(&self.joints, &self.weights));
+        let whole = FullNormalMatrix::of(&weighted(&self.joints, &self.weights));
         let wider = interval((self.deviation.blocks as f64 - 1.0).max(1.0));
         let bands = cells.clusters(&self.solution.x, &self.weights);
         let [by_speed, by_position] = bands.map(|bands| by_band(&whole, &bands, wider));
@@ -81,36 +81,36 @@ impl Solved {
         ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs, correlated: 1.0 }
     }
 
-    /// Degrees of freedom of the deviation by blocks.
+    /// Degrees of freedom of the standard deviation by blocks.
     pub(super) fn freedom(&self, c: usize) -> f64 {
         self.deviation.freedom[c]
     }
 }
 
-/// Parts of the sums that are left out in turn where faults are tested.
+/// Groups of the sums that are omitted in turn where faults are tested.
 const LEFT_OUT_GROUPS: usize = 10;
 
 impl Accumulator {
-    /// The estimate of all its logs, as wide as the faults make it that their rows tell or do not exclude.
+    /// The estimate of all its logs, inflated by the faults that their rows show or do not exclude.
     ///
-    /// Fails where there is no log, and where no joint ever moves. Parameters that the data do not determine are a
-    /// status.
+    /// Fails where there is no log, and where no joint ever moves. Parameters that the data do not determine have a status.
     pub fn solve(&self) -> Result<Estimate, Error> {
         let (Fit { mut estimate, .. }, faults) = self.fit()?;
-        widen_by_faults(&mut estimate, &faults);
-        widen_by_what_may_be_there(&mut estimate, &faults);
+        inflate_by_faults(&mut estimate, &faults);
+        inflate_by_undetected_faults(&mut estimate, &faults);
         Ok(estimate)
     }
 
-    /// The estimate of all its logs with what it came from, and what unknowns more explain.
+    /// The estimate of all its logs with its intermediate results, and the tests of additional unknowns.
     ///
-    /// Fails as [`Accumulator::solve`] does.
-    pub fn fit(&self) -> Result<(Fit, Vec<Tested>), Error> {
-        let columns: ColumnsAlone = self.settings().columns_alone()?;
+    /// Fails like [`Accumulator::solve`].
+    pub fn fit(&self) -> Result<(Fit, Vec<HypothesisTest>), Error> {
+        let columns: ColumnsOnly = self.settings().columns_alone()?;
         let options = &self.settings().options;
         let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
         let cells = self.cells().ok_or_else(|| Error::new("no log is in these sums; at least one is needed"))?;
+        // Standard deviations of blocks, bands and logs are combined in one estimate.
         let deviation = solved.believed(&cells);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &deviation.sigma());
         let held_out = cross_validate(&model, &solved.observation, options.weights);
@@ -119,6 +119,7 @@ impl Accumulator {
             joint.held_out = Some(out.relative);
         }
         of_signals(&mut estimate, &solved.observation, options);
+        // Remarks on the signals, the replicates and the logs that failed.
         estimate.remarks.push(self.replicates_in_words(solved.deviation.blocks));
         estimate
             .remarks
@@ -134,6 +135,7 @@ impl Accumulator {
         }
         let Solved { observation, solution, weights, .. } = solved;
         let mut fit = Fit { estimate, observation, solution, weights, robust: None, deviation };
+        // With one replicate per log, each log can be predicted from the others.
         if self.replicates().len() == fit.estimate.logs.len() {
             let sentence = of_left_out(&logs_left_out(&model, &fit, None), &fit.estimate.logs);
             fit.estimate.remarks.extend(sentence);
@@ -146,7 +148,7 @@ impl Accumulator {
         Ok((fit, faults))
     }
 
-    /// A sentence on what the deviations are taken from.
+    /// A sentence on the replicates of the standard deviations.
     fn replicates_in_words(&self, blocks: usize) -> String {
         let logs = self.logs().len();
         let of = match (logs, self.replicates().len()) {
@@ -158,6 +160,8 @@ impl Accumulator {
             (logs, _) => format!("{blocks} blocks of {logs} logs"),
         };
         let warning = if blocks < SUFFICIENT_BLOCKS { ", which are few: more logs make it surer" } else { "" };
-        format!("the deviation is that between {of}{warning}, and between the speeds and positions of each joint")
+        format!(
+            "sigma follows from the differences between {of}{warning}, and between the speeds and positions of each joint"
+        )
     }
 }

@@ -1,20 +1,20 @@
-//! The products of a log's rows by joint and state, from which sums have the deviations by speed and by position that
-//! `replicate_deviation` takes from the rows.
+//! The products of a log's rows by joint and state, from which sums have the standard deviations by speed and by position that
+//! `replicate_deviation` computes from the rows.
 //!
-//! The bands of that file follow the range of all logs, which a part of the logs does not know. So the cells are absolute,
-//! and the bands are made of them when the sums are solved: with W_c the rows of a cell and x the solution of all,
+//! The bands of that file depend on the range of all logs, which is unknown for a subset of the logs. So the cells are absolute,
+//! and the bands are formed from them when the sums are solved: with W_c the rows of a cell and x the solution of all,
 //!
 //! ```text
 //! A_c = W_c' W_c,   s_c = W_c' tau - A_c x        A_g = sum of the cells of a band, s_g likewise
 //! ```
 //!
-//! | cell of a joint | is |
+//! | cell of a joint | range |
 //! |---|---|
 //! | speed | an octave of |dq|: floor(log2 |dq|), with all below `SLOWEST_OCTAVE` in one |
 //! | position | a 32nd of a turn, of q within one turn, or 50 mm of a joint that slides |
 //!
-//! They grow coarser as more logs come together, like the blocks of a log (`accumulator`): four cells of position become
-//! one, then none are left and two octaves become one.
+//! The cells grow coarser as more logs are added, like the blocks of a log (`accumulator`): four cells of position become one,
+//! then all of them are removed and two octaves become one.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -24,36 +24,36 @@ use linear_model::states::States;
 
 use identification::estimators::clusters::Cluster;
 use identification::estimators::row_products::RowProducts;
-use identification::estimators::state_bands::Shared;
+use identification::estimators::state_bands::BandContent;
 use identification::rows::residual_sums::{ResidualSum, add_record};
 
 /// Cells of position in a turn.
 const CELLS_PER_TURN: f64 = 32.0;
 /// Length of a cell of position of a joint that slides, m.
 const CELL_LENGTH: f64 = 0.05;
-/// Cells of position on either side of zero of a joint that slides; farther ones count with the last.
-const MOST_SLIDING_CELLS: i32 = 32;
-/// Cells that become one.
+/// Cells of position on either side of zero of a joint that slides; farther ones are merged with the last.
+const MAX_SLIDING_CELLS: i32 = 32;
+/// Cells that are merged into one.
 const CELLS_PER_FOLD: i32 = 4;
-/// Octaves of speed below 2^-8 rad/s (m/s), which is rest, and above 2^10 are put together with these.
+/// Exponent of the slowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest; octaves above 2^10 are merged with it.
 const SLOWEST_OCTAVE: i32 = -8;
 const FASTEST_OCTAVE: i32 = 10;
-/// Bands of speed that a solution has: the octave of the largest speed and those below, the last with all that are slower.
+/// Bands of speed of a solution: the octave of the largest speed and the ones below; the last band has all slower speeds.
 const SPEED_BANDS: i32 = 5;
-/// Bands of position that a solution has at most.
+/// Greatest number of bands of position of a solution.
 const POSITION_BANDS: usize = 8;
 
-/// A joint, what the rows share, and which of its cells.
+/// A cell: its joint, the common state of its rows, and its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cell {
     pub joint: usize,
-    pub shared: Shared,
+    pub shared: BandContent,
     pub index: i32,
 }
 
-/// How much is kept apart.
+/// The resolution of the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Grain {
+pub(crate) enum CellSize {
     /// Octaves, and all cells of position.
     Fine,
     /// Octaves, and a quarter of the cells of position.
@@ -65,29 +65,29 @@ pub(crate) enum Grain {
 /// The products of all cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateCells {
-    /// How much of them is kept apart.
-    pub(crate) grain: Grain,
-    /// The columns that the torque of each joint can depend on.
+    /// The resolution of the cells.
+    pub(crate) cell_size: CellSize,
+    /// The columns that may affect the torque of each joint.
     pub(crate) columns: Vec<Vec<usize>>,
-    /// Products (i, j), i <= j, of the m columns of the joint and of its torque behind them, at j (m + 1) + i.
+    /// Products (i, j), i <= j, of the m columns of the joint followed by its torque, at j (m + 1) + i.
     pub(crate) products: BTreeMap<Cell, Vec<f64>>,
 }
 
-impl Grain {
-    /// All, the finest first.
-    pub(crate) const ALL: [Grain; 3] = [Grain::Fine, Grain::Coarse, Grain::SpeedOnly];
+impl CellSize {
+    /// All resolutions, the finest first.
+    pub(crate) const ALL: [CellSize; 3] = [CellSize::Fine, CellSize::Coarse, CellSize::SpeedOnly];
 }
 
 impl StateCells {
-    /// The indices that a cell can have.
-    pub(crate) const INDICES: std::ops::Range<i32> = -MOST_SLIDING_CELLS..MOST_SLIDING_CELLS;
-    /// Most cells of a joint.
-    pub(crate) const MOST_OF_JOINT: usize = (2 * MOST_SLIDING_CELLS + FASTEST_OCTAVE - SLOWEST_OCTAVE + 1) as usize;
+    /// The range of indices of a cell.
+    pub(crate) const INDICES: std::ops::Range<i32> = -MAX_SLIDING_CELLS..MAX_SLIDING_CELLS;
+    /// Greatest number of cells of a joint.
+    pub(crate) const MOST_OF_JOINT: usize = (2 * MAX_SLIDING_CELLS + FASTEST_OCTAVE - SLOWEST_OCTAVE + 1) as usize;
 
-    /// Without rows.
+    /// Empty cells.
     pub(crate) fn new(model: &Model) -> StateCells {
         let columns = model.layout.joints.iter().map(|joint| joint.columns.clone()).collect();
-        StateCells { grain: Grain::Fine, columns, products: BTreeMap::new() }
+        StateCells { cell_size: CellSize::Fine, columns, products: BTreeMap::new() }
     }
 
     /// Adds the rows of a record.
@@ -99,7 +99,7 @@ impl StateCells {
         self.take(sums.cells.into_iter().map(|(cell, products)| (cell, products.finish())));
     }
 
-    /// Takes the rows of another part, whose grain is the same.
+    /// Adds the rows of another part with the same resolution.
     pub(crate) fn absorb(&mut self, other: StateCells) {
         self.take(other.products);
     }
@@ -115,26 +115,26 @@ impl StateCells {
         }
     }
 
-    /// Leaves no more than a grain has; a coarser one stays.
-    pub(crate) fn fold_to(&mut self, grain: Grain) {
-        if grain <= self.grain {
+    /// Reduces the resolution; coarser cells are unchanged.
+    pub(crate) fn fold_to(&mut self, grain: CellSize) {
+        if grain <= self.cell_size {
             return;
         }
-        self.grain = grain;
+        self.cell_size = grain;
         let coarser = |cell: Cell| match (grain, cell.shared) {
-            (Grain::SpeedOnly, Shared::Position) => None,
-            (Grain::SpeedOnly, Shared::Speed) => Some(Cell { index: cell.index.div_euclid(2), ..cell }),
-            (_, Shared::Position) => Some(Cell { index: cell.index.div_euclid(CELLS_PER_FOLD), ..cell }),
-            (_, Shared::Speed) => Some(cell),
+            (CellSize::SpeedOnly, BandContent::Position) => None,
+            (CellSize::SpeedOnly, BandContent::Speed) => Some(Cell { index: cell.index.div_euclid(2), ..cell }),
+            (_, BandContent::Position) => Some(Cell { index: cell.index.div_euclid(CELLS_PER_FOLD), ..cell }),
+            (_, BandContent::Speed) => Some(cell),
         };
         let cells = std::mem::take(&mut self.products).into_iter();
         self.take(cells.filter_map(|(cell, products)| Some((coarser(cell)?, products))));
     }
 
-    /// The clusters of a solution, by speed and by position, the rows of joint j multiplied by `weights[j]`.
+    /// The clusters of a solution, by speed and by position, with the rows of joint j multiplied by `weights[j]`.
     pub(crate) fn clusters(&self, x: &[f64], weights: &[f64]) -> [Vec<Cluster>; 2] {
         let mut of = [Vec::new(), Vec::new()];
-        for shared in [Shared::Speed, Shared::Position] {
+        for shared in [BandContent::Speed, BandContent::Position] {
             for (joint, columns) in self.columns.iter().enumerate() {
                 let x: Vec<f64> = columns.iter().map(|&c| x[c]).collect();
                 let square = weights[joint] * weights[joint];
@@ -147,7 +147,7 @@ impl StateCells {
     }
 
     /// The products of the bands of a joint.
-    fn bands(&self, joint: usize, shared: Shared) -> Vec<Vec<f64>> {
+    fn bands(&self, joint: usize, shared: BandContent) -> Vec<Vec<f64>> {
         let cells: Vec<(i32, &Vec<f64>)> = self
             .products
             .iter()
@@ -158,8 +158,8 @@ impl StateCells {
         let mut bands: BTreeMap<i32, Vec<f64>> = BTreeMap::new();
         for (k, (index, products)) in cells.iter().enumerate() {
             let band = match shared {
-                Shared::Speed => (last - index).min(SPEED_BANDS - 1),
-                Shared::Position => (k * POSITION_BANDS.min(cells.len()) / cells.len()) as i32,
+                BandContent::Speed => (last - index).min(SPEED_BANDS - 1),
+                BandContent::Position => (k * POSITION_BANDS.min(cells.len()) / cells.len()) as i32,
             };
             match bands.get_mut(&band) {
                 Some(sum) => sum.iter_mut().zip(*products).for_each(|(sum, product)| *sum += product),
@@ -172,8 +172,8 @@ impl StateCells {
     }
 }
 
-/// Products with the residual tau - W x in place of the torque, times `square`: W'(tau - W x) = W' tau - W'W x. What stands
-/// behind them, the square of the residual, is not needed and stays that of the torque.
+/// Products with the residual tau - W x in place of the torque, times `square`: W'(tau - W x) = W' tau - W'W x. The last entry,
+/// the square of the residual, is not needed and remains the square of the torque.
 fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     let m = x.len();
     for i in 0..m {
@@ -184,7 +184,7 @@ fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     products
 }
 
-/// The cells of rows on their way into products.
+/// The sums of products of the cells of a record.
 #[derive(Clone, Default)]
 struct CellSums {
     cells: BTreeMap<Cell, RowProducts>,
@@ -194,12 +194,13 @@ impl ResidualSum for CellSums {
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
-            // Successive samples are mostly in one cell: all eight go into each, with weight zero where they are in another.
+            // Successive samples are mostly in one cell: each group of eight is added to each of its cells, with weight zero for
+            // samples in other cells.
             let mut seen: Vec<(Cell, [f64; 8])> = Vec::new();
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
                 let position = position_cell(group.states, r * n + j, model.regressor.is_prismatic(j));
                 for (shared, index) in
-                    [(Shared::Speed, octave(group.states.dq[r * n + j])), (Shared::Position, position)]
+                    [(BandContent::Speed, octave(group.states.dq[r * n + j])), (BandContent::Position, position)]
                 {
                     let cell = Cell { joint: j, shared, index };
                     let place = seen.iter().position(|(of, _)| *of == cell).unwrap_or_else(|| {
@@ -229,7 +230,7 @@ impl ResidualSum for CellSums {
     }
 }
 
-/// floor(log2 |dq|), from the bits of the number.
+/// floor(log2 |dq|), from the exponent bits of the number.
 fn octave(dq: f64) -> i32 {
     let exponent = ((dq.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     exponent.clamp(SLOWEST_OCTAVE, FASTEST_OCTAVE)
@@ -237,8 +238,8 @@ fn octave(dq: f64) -> i32 {
 
 fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
     match slides {
-        // A number that is too large for an index becomes the largest one.
-        true => ((states.q[at] / CELL_LENGTH).floor() as i32).clamp(-MOST_SLIDING_CELLS, MOST_SLIDING_CELLS - 1),
+        // A value that is too large for an index becomes the largest index.
+        true => ((states.q[at] / CELL_LENGTH).floor() as i32).clamp(-MAX_SLIDING_CELLS, MAX_SLIDING_CELLS - 1),
         false => ((states.q[at].rem_euclid(TAU) / TAU * CELLS_PER_TURN) as i32).min(CELLS_PER_TURN as i32 - 1),
     }
 }
@@ -247,7 +248,7 @@ fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use identification::estimators::clusters::Whole;
+    use identification::estimators::clusters::FullNormalMatrix;
     use identification::estimators::replicate_deviation::{by_band, state_bands, white_deviation};
     use identification::estimators::weighted::{Weights, fit};
     use identification::rows::observation::{Observation, weighted};
@@ -260,7 +261,7 @@ mod tests {
         let model = Model::new(&arm, &[], &[]);
         let (mut states, mut random) = (arm.states(20_000), Random::new(3));
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
-        // A row that does not count may hold anything.
+        // An unused row may contain anything.
         (states.used[7], states.tau[7], states.ddq[7]) = (false, f64::NAN, f64::NAN);
         let joints = Observation::of(&model, &states, 1).joints(|_| true);
         let (solution, _) = fit(&joints, Weights::Joint);
@@ -268,7 +269,7 @@ mod tests {
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
         let mut counts = Vec::new();
-        for grain in Grain::ALL {
+        for grain in CellSize::ALL {
             cells.fold_to(grain);
             let clusters = cells.clusters(&solution.x, &[1.0]);
             counts.push(clusters.each_ref().map(Vec::len));
@@ -277,7 +278,7 @@ mod tests {
                 let (sum, score) = sum.parts();
                 let (expected, none) = whole.parts();
                 let scale = expected.norm();
-                // Twenty thousand rows, each a rounding of a part in 1e16 of the norm.
+                // Twenty thousand rows, each with a rounding error of 1e-16 of the norm.
                 assert!((sum - expected).norm() < 1e-11 * scale, "{grain:?}");
                 assert!((score - none).norm() < 1e-11 * scale, "{grain:?}");
             }
@@ -298,14 +299,14 @@ mod tests {
         let (solution, weights) = fit(&joints, Weights::Joint);
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
-        let whole = Whole::of(&weighted(&joints, &weights));
+        let whole = FullNormalMatrix::of(&weighted(&joints, &weights));
         let found = cells.clusters(&solution.x, &weights).map(|bands| by_band(&whole, &bands, 1.0));
         let records = [states];
         let bands = state_bands(&model, &observation, &weights, None);
         let bands = residual_sums(&model, &records[..], &solution.x, bands).unwrap();
         let expected = bands.clusters(&model).map(|bands| by_band(&whole, &bands, 1.0));
         for (found, expected) in found.iter().zip(&expected) {
-            // Five draws of a deviation leave it uncertain by a third, and bands that end elsewhere are other draws.
+            // With five draws a standard deviation has an uncertainty of a third, and bands with other ends are other draws.
             assert!(found.iter().zip(expected).all(|(a, b)| (0.4..2.5).contains(&(a / b))), "{found:?} {expected:?}");
         }
         assert!(found[0].iter().zip(white_deviation(&solution)).any(|(speed, white)| *speed > 2.0 * white));

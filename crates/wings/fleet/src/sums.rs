@@ -1,11 +1,11 @@
-//! Logs of a fleet: each is read once and becomes a few triangles, which are merged, solved and compared without it.
+//! Logs of a fleet: each is read once and replaced by a few triangles, which are merged, solved and compared without it.
 
 use std::path::{Path, PathBuf};
 
 use crate::replicate::Replicate;
 use crate::settings::Settings;
+use identification::estimate::log_check::finding::Fault;
 use identification::estimate::options::Options;
-use identification::estimate::passport::finding::Fault;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
@@ -18,15 +18,15 @@ pub use crate::comparison::{Compared, Comparison, compare};
 
 use rist::Error;
 use rist::describe::model::Model;
-use rist::fit::doctor::passport_of;
-use rist::fit::unspoken::with_open;
+use rist::fit::doctor::log_check_of;
+use rist::fit::undetermined::with_undetermined;
 use rist::request::{ModelOptions, Request};
 
 use crate::request::{AccumulateRequest, SumsRequest};
 
-/// Sums over no logs yet.
+/// Sums without a log.
 ///
-/// Fails where the options need the rows twice, and where a gain is of no coordinate.
+/// Fails where the options need the rows twice, and where a gain belongs to no coordinate.
 pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, Error> {
     request.check()?;
     accumulator_with(model, request.rows.options_of_sums()?, &request.gain)
@@ -49,12 +49,13 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
         options.transmission.drive_gains = known.into_iter().collect();
     }
     let (reference, description) = (model.reference.clone(), model.description.clone());
-    let settings =
-        with_open(model, None, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
+    let settings = with_undetermined(model, None, |open| {
+        Settings::new(model.regressor(), reference, description, &options, open)
+    })?;
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log. `anyway`: also one that does not belong to the description.
+/// Adds a log; with `anyway` also a log that does not belong to the description.
 ///
 /// Fails, and adds nothing, where the sums are of another model, where the log cannot be used, where it does not belong
 /// to the description (`rist doctor`), and where it is in the sums already.
@@ -69,17 +70,17 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
     model.check_read(Path::new("the sums"), &sums.settings().model, &ModelOptions::differences(ours, theirs))
 }
 
-/// Reads logs and adds them up, some at a time; the result does not depend on how many.
+/// Reads logs and adds them up, some at a time; the result is independent of their number.
 ///
-/// Fails with the first log that cannot be used, or where none can.
+/// Fails with the first log that cannot be used, or where no log can.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
     request.check()?;
     accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
 }
 
-/// The same with the settings of other sums in place of those of the request.
+/// Adds logs up with the settings of other sums in place of the settings of the request.
 ///
-/// Fails as [`accumulate`] does.
+/// Fails like [`accumulate`].
 pub fn accumulate_like(
     model: &Model,
     logs: &[PathBuf],
@@ -92,7 +93,7 @@ pub fn accumulate_like(
     }
     let mut all = accumulator_with(model, options, &request.sums.gain)?;
     let options = all.settings().options.clone();
-    // Logs are merged in batches, because each merge goes through all logs that are there.
+    // Logs are merged in batches, because each merge traverses all logs that were added.
     let mut batch = Accumulator::new(all.settings().clone());
     let threads = request.threads.unwrap_or_else(processor::threads);
     let read = |_: usize, path: &PathBuf| {
@@ -122,7 +123,7 @@ pub fn accumulate_like(
     }
 }
 
-/// Logs that are added up before they are merged with those before.
+/// Logs that are added up before they are merged with the earlier ones.
 const LOGS_PER_BATCH: usize = 64;
 
 /// An error that names its log.
@@ -132,7 +133,7 @@ fn named(name: &str, e: &Error) -> Error {
     Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
 }
 
-/// The cut-off that follows from the motion of all logs that can be read; the others are refused where they are used.
+/// The cut-off from the motion of all logs that can be read; the others are refused when they are used.
 fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
     let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
     for path in logs {
@@ -159,7 +160,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
     if !anyway {
         let gains = options.transmission.drive_gains.as_deref();
-        let mut found = passport_of(model, std::slice::from_ref(log), &records, gains, options)?;
+        let mut found = log_check_of(model, std::slice::from_ref(log), &records, gains, options)?;
         // Short logs are accepted, because sums are made for them.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
@@ -167,5 +168,5 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
         }
     }
     let linear = options.linear_model(model.regressor());
-    Ok(with_open(model, None, |open| Replicate::of(&linear, log, &records, open))?)
+    Ok(with_undetermined(model, None, |open| Replicate::of(&linear, log, &records, open))?)
 }

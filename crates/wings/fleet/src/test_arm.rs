@@ -1,6 +1,6 @@
-//! The pendulum of `experiments`, for unit tests; sums of nothing yet, and the account of a log.
+//! The pendulum of `experiments` for unit tests, with empty sums and the source of a log.
 
-use identification::estimate::ledger::hypotheses::Open;
+use identification::estimate::claims::hypotheses::UndeterminedMechanics;
 use identification::estimate::options::Options;
 use linear_model::reference::ModelReference;
 
@@ -16,10 +16,10 @@ mod test_states;
 
 pub(crate) fn empty(options: &Options) -> Accumulator {
     let model = ModelReference { name: "arm".into(), fingerprint: "1".into() };
-    Accumulator::new(Settings::new(&Pendulum::new(), model, None, options, Open::default()).unwrap())
+    Accumulator::new(Settings::new(&Pendulum::new(), model, None, options, UndeterminedMechanics::default()).unwrap())
 }
 
-/// Of as many rows, 10 ms apart.
+/// The source of a log with this number of rows, 10 ms apart.
 pub(crate) fn account(name: String, digest: u64, rows: usize) -> LogAccount {
     let (digest, duration) = (format!("{digest:016x}"), 0.01 * rows as f64);
     LogAccount { name, digest, rows, kept: rows, samples: rows, duration, period: 0.01 }

@@ -5,14 +5,14 @@
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
-//! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of
-//! live columns, which columns these are, and their entries column by column. Where the options have springs, each of them
-//! then has by how much these change the square of its torque. Then each coordinate has its smallest and
-//! largest position, speed, effort, f95 and samples at rest. The cut-off follows. Columns that hold only zeros have
-//! no place. Last are the cells of states: how coarse they are (0, 1, 2), of each coordinate the number of its columns and
-//! which these are, the number of cells, and of each its coordinate, 0 for speed and 1 for position, its index, and the
-//! products of its columns and of the torque behind them, column by column down to the diagonal. Behind them stand the number
-//! of triangles of faults and these, whose columns are the parameters and the hypotheses of the head.
+//! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of nonzero
+//! columns, their indices, and their entries column by column. Where the options have springs, each of them then has the change
+//! of the square of its torque by the springs. Then each coordinate has its smallest and largest position, speed, effort, f95 and
+//! the number of samples at rest. The cut-off follows. Columns of zeros are not stored. Last are the cells of states: their
+//! resolution (0, 1, 2), for each coordinate the number of its columns and their indices, the number of cells, and for each cell
+//! its coordinate, 0 for speed and 1 for position, its index, and the products of its columns followed by the torque, column by
+//! column down to the diagonal. They are followed by the number of triangles of faults and these triangles, with the parameters
+//! and the hypotheses of the head as columns.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -27,21 +27,21 @@ use serde::{Deserialize, Serialize};
 use crate::accumulator::{Accumulator, FailedLog, MAX_REPLICATES};
 use crate::replicate::{Digest, LogAccount, Replicate};
 use crate::settings::Settings;
-use crate::tri_words::{Body, Words};
+use crate::tri_words::{NumberWriter, WordReader};
 
-/// The word that such a file begins with.
+/// The first word of such a file.
 const TRI_MAGIC_WORD: &str = "rist-tri";
 
 /// The version that is written and read.
 ///
-/// Version 1 holds accelerations by differences of second order, and digests of other blocks, version 2 has no cells of
-/// states, version 3 no triangles of faults, so their sums do not add to these.
+/// Version 1 has accelerations by differences of second order, and digests of other blocks, version 2 has no cells of states,
+/// version 3 no triangles of faults, so their sums cannot be added to these.
 const TRI_FORMAT_VERSION: u32 = 4;
 
-/// Largest file of sums.
+/// Largest size of a file of sums, bytes.
 const MAX_TRI_BYTES: u64 = 1 << 31;
 
-/// Matrices of all columns that a solution has at once, and its work with them.
+/// Number of matrices of all columns that a solution has in memory at once.
 const SOLUTION_MATRICES: usize = 16;
 
 /// Largest length of the first line.
@@ -69,7 +69,7 @@ impl Accumulator {
         let replicates = self.replicates().iter().map(|r| ReplicateHead { logs: r.logs.clone() }).collect();
         let head = Head { settings: self.settings().clone(), replicates, failed: self.failed().to_vec() };
         let head = serde_yaml::to_string(&head).map_err(|e| Error::new(format!("the sums cannot be written: {e}")))?;
-        let mut body = Body::default();
+        let mut body = NumberWriter::default();
         for replicate in self.replicates() {
             body.replicate(&replicate.observation, self.settings().options.transmission.springs.is_some());
             body.cells(&replicate.cells);
@@ -78,9 +78,9 @@ impl Accumulator {
         Ok(joined(&head, &body.0))
     }
 
-    /// Reads a `.tri` file. What does not begin as one is not read on, so that a device without end is refused.
+    /// Reads a `.tri` file. A file with another first word is not read further, so an infinite device is refused.
     ///
-    /// Fails where it cannot be read, is larger than 2 GiB, and as [`Accumulator::from_bytes`].
+    /// Fails where it cannot be read, is larger than 2 GiB, and like [`Accumulator::from_bytes`].
     pub fn read(path: &Path) -> Result<Accumulator, Error> {
         let file = &path.display().to_string();
         let failed = |e: std::io::Error| match e.kind() {
@@ -97,9 +97,9 @@ impl Accumulator {
         Accumulator::from_bytes(file, &bytes)
     }
 
-    /// Reads the content of a `.tri` file; `file` stands in messages.
+    /// Reads the content of a `.tri` file; `file` is the name in messages.
     ///
-    /// Fails where it is none, was cut short or damaged, or is of another version.
+    /// Fails where it is no such file, was truncated or damaged, or has another version.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;
@@ -110,8 +110,8 @@ impl Accumulator {
         let (n, p, tested) =
             (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
         let has_springs = head.settings.options.transmission.springs.is_some();
-        let mut words = Words { left: body, budget: Budget::of(bytes.len()), excess: None };
-        // A solution takes so many matrices of all columns, whatever the triangles hold.
+        let mut words = WordReader { left: body, budget: Budget::of(bytes.len()), excess: None };
+        // A solution has this number of matrices of all columns, whatever the triangles contain.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
@@ -166,7 +166,7 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let (Some(head), Some(body), Some(digest)) = (head, body, words.get(4)) else {
         return Err(format!("its first line, `{line}`, is not whole: make it again"));
     };
-    // The lengths come before the digest: a file cut short is told as such.
+    // The lengths are checked before the digest: a truncated file is reported as such.
     let rest = &bytes[line.len() + 1..];
     let expected = head.saturating_add(body);
     if rest.len() != expected {
@@ -195,7 +195,7 @@ mod tests {
     fn some() -> Accumulator {
         let arm = Pendulum::new();
         let mut options = Options::default();
-        // A cut-off with all the digits a number has.
+        // A cut-off with all digits of a number.
         options.signal.cutoff = Some(10.0 / 3.0);
         let mut all = empty(&options);
         let linear = Model::new(&arm, &options.friction, &[]);
@@ -250,7 +250,7 @@ mod tests {
     fn a_head_is_believed_only_so_far() {
         let nested = joined(&"[".repeat(100_000), &[]);
         assert!(Accumulator::from_bytes("a.tri", &nested).unwrap_err().to_string().contains("its head is not that"));
-        let mut words = Words { left: &[0; 1000], budget: Budget::of(1000), excess: None };
+        let mut words = WordReader { left: &[0; 1000], budget: Budget::of(1000), excess: None };
         assert!(words.triangle(1 << 26).is_none() && words.triangle(usize::MAX - 1).is_none());
     }
 
@@ -278,9 +278,9 @@ mod tests {
             Triangle::of_numbers(p, &live, 100, &numbers).unwrap()
         };
         let part: Vec<Triangle> = (0..joints).map(of_joint).collect();
-        let mut body = Body::default();
+        let mut body = NumberWriter::default();
         (0..MAX_BLOCKS_PER_LOG).for_each(|_| part.iter().for_each(|triangle| body.triangle(triangle)));
-        let mut words = Words { left: &body.0, budget: Budget::of(body.0.len()), excess: None };
+        let mut words = WordReader { left: &body.0, budget: Budget::of(body.0.len()), excess: None };
         for k in 0..MAX_BLOCKS_PER_LOG * joints {
             assert_eq!(words.triangle(p).as_ref(), Some(&part[k % joints]), "{:?}", words.excess);
         }

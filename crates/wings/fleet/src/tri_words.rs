@@ -1,5 +1,5 @@
-//! The numbers behind the head of a `.tri` file, on their way in and out: triangles, how the joints moved, cells of states.
-//! `tri_file` says in which order they stand.
+//! The numbers after the head of a `.tri` file, written and read: triangles, statistics of the joints' motion, cells of states.
+//! `tri_file` defines their order.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,15 @@ use gate::budget::Budget;
 use numerics::triangle::Triangle;
 
 use crate::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
-use crate::state_cells::{Cell, Grain, StateCells};
-use identification::estimators::state_bands::Shared;
+use crate::state_cells::{Cell, CellSize, StateCells};
+use identification::estimators::state_bands::BandContent;
 use identification::rows::observation::Observation;
 
-/// Numbers on their way into a file.
+/// Numbers to be written into a file.
 #[derive(Default)]
-pub(super) struct Body(pub(super) Vec<u8>);
+pub(super) struct NumberWriter(pub(super) Vec<u8>);
 
-impl Body {
+impl NumberWriter {
     fn word(&mut self, x: u64) {
         self.0.extend_from_slice(&x.to_le_bytes());
     }
@@ -38,7 +38,7 @@ impl Body {
     }
 
     pub(super) fn cells(&mut self, cells: &StateCells) {
-        self.word(cells.grain as u64);
+        self.word(cells.cell_size as u64);
         for columns in &cells.columns {
             self.word(columns.len() as u64);
             columns.iter().for_each(|&c| self.word(c as u64));
@@ -72,15 +72,15 @@ impl Body {
 }
 
 /// Numbers of a file that are still to be read; `None` where there are too few.
-pub(super) struct Words<'a> {
+pub(super) struct WordReader<'a> {
     pub(super) left: &'a [u8],
-    /// Memory that triangles may still take.
+    /// Remaining memory for triangles.
     pub(super) budget: Budget,
-    /// Why the budget did not suffice.
+    /// The reason why the budget was exceeded.
     pub(super) excess: Option<String>,
 }
 
-impl Words<'_> {
+impl WordReader<'_> {
     fn word(&mut self) -> Option<u64> {
         let (first, rest) = self.left.split_first_chunk::<8>()?;
         self.left = rest;
@@ -115,19 +115,19 @@ impl Words<'_> {
     }
 
     pub(super) fn cells(&mut self, n: usize, p: usize) -> Option<StateCells> {
-        let grain = Grain::ALL.get(self.count(Grain::ALL.len() - 1)?).copied()?;
+        let grain = CellSize::ALL.get(self.count(CellSize::ALL.len() - 1)?).copied()?;
         let mut columns = Vec::new();
         for _ in 0..n {
             let count = self.count(p)?;
             let of_joint = (0..count).map(|_| self.count(p.checked_sub(1)?)).collect::<Option<Vec<usize>>>()?;
-            // They ascend, so that no product is taken twice.
+            // They ascend, so no product is used twice.
             columns.push(Some(of_joint).filter(|of| of.is_sorted_by(|a, b| a < b))?);
         }
         let count = self.count(n * StateCells::MOST_OF_JOINT)?;
         let mut products = BTreeMap::new();
         for _ in 0..count {
             let joint = self.count(n.checked_sub(1)?)?;
-            let shared = [Shared::Speed, Shared::Position].get(self.count(1)?).copied()?;
+            let shared = [BandContent::Speed, BandContent::Position].get(self.count(1)?).copied()?;
             let index = i32::try_from(self.word()? as i64).ok().filter(|i| StateCells::INDICES.contains(i))?;
             let width = columns[joint].len() + 1;
             if let Err(excess) = self.budget.draw(16 * width * width) {
@@ -140,10 +140,10 @@ impl Words<'_> {
             }
             products.insert(Cell { joint, shared, index }, of_cell);
         }
-        Some(StateCells { grain, columns, products })
+        Some(StateCells { cell_size: grain, columns, products })
     }
 
-    /// Triangles of `width` columns; of none there are none.
+    /// Triangles of `width` columns; none where nothing is tested.
     pub(super) fn faults(&mut self, width: usize, is_tested: bool) -> Option<Vec<Triangle>> {
         let count = self.count(if is_tested { MAX_FAULT_PARTS_PER_LOG } else { 0 })?;
         (0..count).map(|_| self.triangle(width)).collect()
@@ -152,7 +152,7 @@ impl Words<'_> {
     pub(super) fn triangle(&mut self, p: usize) -> Option<Triangle> {
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
-        // Its entries are in memory twice before it is whole.
+        // Its entries are in memory twice while it is assembled.
         if let Err(excess) = self.budget.draw(Triangle::bytes(p, count).saturating_mul(2)) {
             self.excess = Some(excess);
             return None;

@@ -1,4 +1,4 @@
-//! Whether to trust the estimate of sums.
+//! The verdict on the estimate of sums.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::verdict::{Evidence, Verdict};
@@ -9,14 +9,14 @@ use rist::{Error, Model};
 use crate::accumulator::Accumulator;
 use crate::sums::check_sums;
 
-/// The estimate of sums, and whether to trust it for each use of torques; `model`: that of the sums.
+/// The estimate of sums, and its verdict for each use of torques; `model`: the model of the sums.
 ///
 /// Fails where the sums are of another model, and where they have no estimate.
 pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verdict), Error> {
     check_sums(model, sums)?;
     let (mut fit, faults) = sums.fit()?;
     let (noise, options) = (Noise::of(&fit), &sums.settings().options);
-    let unsure = UnsureTorques::widening(&mut fit.estimate, noise, None, &faults, model, options);
+    let unsure = UnsureTorques::inflation(&mut fit.estimate, noise, None, &faults, model, options);
     let verdict = Verdict::of(&Evidence {
         opens_in_any_motion: unsure.opens_in_any_motion,
         faults: &faults,

@@ -1,12 +1,12 @@
-//! The vertices of a Collada file (.dae), where its scene puts them.
+//! The vertices of a Collada file (.dae), placed by its scene.
 //!
-//! A point p of a geometry stands at meter T_1 .. T_n p, with T_k the transforms of the nodes above it, from the root, and meter
-//! the unit of the file. A geometry that is instanced twice stands in two places. Without a scene each geometry stands as it is.
+//! A point p of a geometry is at meter T_1 .. T_n p, with T_k the transforms of the nodes above it, from the root, and meter the
+//! unit of the file. A geometry with two instances is at two places. Without a scene each geometry is at its own coordinates.
 //!
-//! The axes of the file are those of the link, whatever its `up_axis` says: RViz, MoveIt and coal place meshes of a URDF so.
-//! Points of faces count; those of lines alone, or of nothing, do not, except where a geometry has no face.
+//! The axes of the file are the axes of the link, whatever its `up_axis` is: RViz, MoveIt and coal place meshes of a URDF so.
+//! Points of faces count; points of lines alone, or unused ones, do not, except where a geometry has no face.
 //!
-//! Not here: skinned shapes, `lookat` and `skew`, and what stands in another file, which are refused; faces, materials.
+//! Not here: skinned shapes, `lookat` and `skew`, and content of another file, which are refused; faces, materials.
 
 use std::collections::HashMap;
 
@@ -15,21 +15,21 @@ use roxmltree::{Document, Node, ParsingOptions};
 use robot::vector::Vector3;
 use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
-/// Nodes within nodes, and instances of nodes within those.
-const DEEPEST_NODE: usize = 64;
-/// Instances of nodes and geometries: a node that instances another twice doubles them.
-const MOST_INSTANCES: usize = 10_000;
-/// Points of all instances.
-const MOST_POINTS: usize = 20_000_000;
+/// Greatest depth of nested nodes and instances of nodes.
+const MAX_NODE_DEPTH: usize = 64;
+/// Greatest number of instances of nodes and geometries: a node with two instances of another doubles them.
+const MAX_INSTANCES: usize = 10_000;
+/// Greatest number of points of all instances.
+const MAX_POINTS: usize = 20_000_000;
 
 /// Rotation with scale, and translation.
 type Transform = ([[f64; 3]; 3], Vector3);
 
 const IDENTITY: Transform = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-/// The vertices of a file, m.
+/// The vertices of a file, m, in the frame of the link.
 ///
-/// Fails where it is no Collada, or has what is not read.
+/// Fails where it is no Collada file, or has elements that are not read.
 pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     let text = std::str::from_utf8(bytes).map_err(|e| format!("no Collada: {e}"))?;
     if let Some((line, _)) = crowded(text) {
@@ -41,6 +41,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     if root.tag_name().name() != "COLLADA" {
         return Err("no Collada: its first element is another than <COLLADA>".into());
     }
+    // The unit of the file, m.
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let meter = match unit.and_then(|unit| Some((unit, unit.attribute("meter")?))) {
         Some((unit, text)) => {
@@ -49,13 +50,15 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
         }
         None => 1.0,
     };
+    // References need the elements by their ids.
     let mut ids = HashMap::new();
     for node in root.descendants().filter(Node::is_element) {
         if let Some(id) = node.attribute("id") {
             ids.entry(id).or_insert(node);
         }
     }
-    let mut found = Found { ids, instances: 0, points: vec![] };
+    let mut found = ColladaTriangles { ids, instances: 0, points: vec![] };
+    // Without a scene all geometries count.
     match scene(&found, root)? {
         Some(scene) => found.of_node(scene, IDENTITY, 0)?,
         None => {
@@ -75,7 +78,7 @@ fn at(node: Node, what: String) -> String {
 }
 
 /// The scene that the file shows; else its first one.
-fn scene<'a, 'i>(found: &Found<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Node<'a, 'i>>, String> {
+fn scene<'a, 'i>(found: &ColladaTriangles<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Node<'a, 'i>>, String> {
     let shown = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     match shown {
         Some(shown) => found.target(shown, "url").map(Some),
@@ -83,14 +86,14 @@ fn scene<'a, 'i>(found: &Found<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Nod
     }
 }
 
-struct Found<'a, 'i> {
+struct ColladaTriangles<'a, 'i> {
     ids: HashMap<&'a str, Node<'a, 'i>>,
     instances: usize,
     points: Vec<Vector3>,
 }
 
-impl<'a, 'i> Found<'a, 'i> {
-    /// The element that an attribute names: `#id`.
+impl<'a, 'i> ColladaTriangles<'a, 'i> {
+    /// The element that an attribute refers to: `#id`.
     fn target(&self, node: Node<'a, 'i>, attribute: &str) -> Result<Node<'a, 'i>, String> {
         let tag = node.tag_name().name();
         let url = node.attribute(attribute).unwrap_or("");
@@ -102,8 +105,8 @@ impl<'a, 'i> Found<'a, 'i> {
 
     fn of_node(&mut self, node: Node<'a, 'i>, above: Transform, depth: usize) -> Result<(), String> {
         self.instances += 1;
-        if depth > DEEPEST_NODE || self.instances > MOST_INSTANCES {
-            let what = format!("more than {DEEPEST_NODE} nodes within each other, or {MOST_INSTANCES} in all");
+        if depth > MAX_NODE_DEPTH || self.instances > MAX_INSTANCES {
+            let what = format!("more than {MAX_NODE_DEPTH} nodes within each other, or {MAX_INSTANCES} in all");
             return Err(at(node, what));
         }
         let mut here = above;
@@ -131,25 +134,25 @@ impl<'a, 'i> Found<'a, 'i> {
         let input = vertices.children().find(is_position);
         let input = input.ok_or_else(|| at(vertices, "<vertices> has no input of POSITION".into()))?;
         let points = of_faces(mesh, positions(self.target(input, "source")?)?)?;
-        if self.instances > MOST_INSTANCES || self.points.len() + points.len() > MOST_POINTS {
-            return Err(at(geometry, format!("more than {MOST_INSTANCES} instances, or {MOST_POINTS} points")));
+        if self.instances > MAX_INSTANCES || self.points.len() + points.len() > MAX_POINTS {
+            return Err(at(geometry, format!("more than {MAX_INSTANCES} instances, or {MAX_POINTS} points")));
         }
         self.points.extend(points.into_iter().map(|p| placed(here, p)));
         Ok(())
     }
 }
 
-/// What a surface is made of.
-const FACES: [&str; 5] = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
+/// Elements of a mesh with faces.
+const FACE_ELEMENTS: [&str; 5] = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
 
 /// The points that faces use; all where there is no face.
 fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     let mut is_used = vec![false; points.len()];
-    for faces in mesh.children().filter(|n| FACES.contains(&n.tag_name().name())) {
+    for faces in mesh.children().filter(|n| FACE_ELEMENTS.contains(&n.tag_name().name())) {
         let (mut of_vertex, mut stride) = (None, 0);
         for input in faces.children().filter(|n| n.tag_name().name() == "input") {
             let offset: usize = match input.attribute("offset").unwrap_or("0").trim().parse() {
-                Ok(offset) if offset < MOST_INPUTS => offset,
+                Ok(offset) if offset < MAX_INPUTS => offset,
                 _ => return Err(at(input, "the offset of an input is no number below 64".into())),
             };
             stride = stride.max(offset + 1);
@@ -171,8 +174,8 @@ fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     Ok(points.into_iter().zip(is_used).filter(|(_, is_used)| *is_used || !has_faces).map(|(p, _)| p).collect())
 }
 
-/// Inputs of a face's corner.
-const MOST_INPUTS: usize = 64;
+/// Greatest number of inputs of a face's corner.
+const MAX_INPUTS: usize = 64;
 
 /// The points of a <source>, by its accessor.
 fn positions(source: Node) -> Result<Vec<Vector3>, String> {
@@ -192,7 +195,7 @@ fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let rest = numbers.get(offset..).unwrap_or_default();
     let most = rest.len().div_ceil(stride);
     let count = whole("count", most)?;
-    // The last one needs no more than its own three numbers.
+    // The last point needs only its own three numbers.
     let all: Vec<Vector3> = rest.chunks(stride).take(count).map_while(|p| p.first_chunk().copied()).collect();
     if all.len() < count {
         return Err(at(source, format!("{count} points are promised, and {} are there", all.len())));
@@ -225,7 +228,7 @@ fn transform(node: Node) -> Result<Transform, String> {
                 return if degrees == 0.0 { Ok(IDENTITY) } else { Err(at(node, "<rotate> has no axis".into())) };
             }
             let (u, (sine, cosine)) = ([a, b, c].map(|x| x / length), degrees.to_radians().sin_cos());
-            // Rodrigues.
+            // Rodrigues' formula.
             let skew = [[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]];
             let entry = |i: usize, j: usize| {
                 let one = if i == j { cosine } else { 0.0 };
@@ -259,7 +262,7 @@ fn composed(a: Transform, b: Transform) -> Transform {
 mod tests {
     use super::vertices;
 
-    /// A triangle in cm, turned, shifted and instanced twice, with a line that goes away; y is up, as the file says.
+    /// A triangle in cm, turned, shifted and with two instances, and a line that is ignored; y is up according to the file.
     const FILE: &str = r##"<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
@@ -296,18 +299,18 @@ mod tests {
 
     #[test]
     fn points_stand_where_the_scene_puts_them() {
-        // Turned by a quarter: x to y, y to -x; twice as large, one metre away; again 20 cm farther up along z.
+        // Turned by a quarter: x to y, y to -x; scaled by two, one metre away; again 20 cm farther up along z.
         let lower = [[1.0, 0.02, 0.0], [0.98, 0.0, 0.0], [1.0, 0.0, 0.02]];
         let upper = lower.map(|[x, y, z]| [x, y, z + 0.2]);
         near(&vertices(FILE.as_bytes()).unwrap(), &[lower, upper].concat());
-        // Axes are those of the file, whatever is up.
+        // The axes are the axes of the file, whatever `up_axis` is.
         let other = FILE.replace("Y_UP", "Z_UP");
         assert_eq!(vertices(other.as_bytes()), vertices(FILE.as_bytes()));
-        // Without a scene and a unit: as they are, in metres.
+        // Without a scene and a unit: the file's coordinates in metres.
         let start = FILE.find("<library_nodes>").unwrap();
         let bare = format!("{}</COLLADA>", &FILE[..start]).replace("<unit name=\"centimeter\" meter=\"0.01\"/>", "");
         near(&vertices(bare.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        // The numbers of a point may stand apart.
+        // The numbers of a point may be separated.
         let apart = bare.replace("1 0 0  0 1 0  0 0 1  9 9 9", "9 1 0 0 7  0 1 0 7  0 0 1 7 9 9 9");
         let apart = apart.replace("stride=\"3\"", "stride=\"4\" offset=\"1\"");
         near(&vertices(apart.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
@@ -342,7 +345,7 @@ mod tests {
         }
     }
 
-    /// Nodes that double in each of many levels end soon.
+    /// Nodes that double in each of many levels are refused early.
     #[test]
     fn instances_do_not_multiply_without_end() {
         let level = |k: usize| {

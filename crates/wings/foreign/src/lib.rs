@@ -1,10 +1,11 @@
-//! Wing: files of other worlds.
+//! Wing: files of other programs.
 //!
-//! Logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in bags of SQLite; the vertices of Collada meshes; a robot
-//! written as SYMORO's .par.
+//! Logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in bags of SQLite; the vertices of Collada meshes;
+//! a robot as SYMORO's .par.
 //!
-//! What the core promises this wing: `logs::reading` makes a table of columns, unpacks within bounds, and takes messages of a recording;
-//! `robot::mesh` asks the reader that is registered for an extension; `robot::format::written` makes names that a format takes.
+//! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
+//! messages of a recording; `robot::mesh` calls the reader that is registered for an extension; `robot::format::written` makes
+//! names that a format allows.
 
 #![warn(missing_docs)]
 
@@ -22,7 +23,7 @@ use robot::mesh::MeshFormat;
 
 pub use par::write_par;
 
-/// What this wing reads and writes.
+/// The readers and writers of this wing.
 pub fn wing() -> Wing {
     Wing {
         log_formats: vec![

@@ -1,10 +1,10 @@
-//! Arrays of MATLAB (.mat, version 5 as `save` writes by default, plain or packed) as a table of named columns.
+//! Arrays of MATLAB (.mat, version 5, the default of `save`, plain or compressed) as a table of named columns.
 //!
-//! A file is a head of 128 bytes and elements: type and length (four bytes each, or two and two with four bytes of data),
-//! data, and zeros up to a multiple of eight. A matrix is an element of elements: flags with its class, dimensions, name,
-//! numbers column by column. Fields of a structure of one element are arrays by their path, `log.q`; a path that all share
-//! is left out. `arrays` says how arrays become columns; one of shape (joints, samples) is turned round. What holds no
-//! plain numbers is noted. All that is unpacked is drawn from the [`Budget`] of the file.
+//! A file is a head of 128 bytes and elements: type and length (four bytes each, or two and two with four bytes of data), data,
+//! and zeros up to a multiple of eight. A matrix is an element of elements: flags with its class, dimensions, name, numbers
+//! column by column. Fields of a structure of one element are arrays with their path as name, `log.q`; a path that all share is
+//! omitted. `arrays` defines the columns of an array; an array of shape (joints, samples) is transposed. Elements without plain
+//! numbers are noted. All decompressed bytes are drawn from the [`Budget`] of the file.
 
 use std::io::Read;
 
@@ -18,9 +18,9 @@ use logs::reading::MAX_CELLS;
 
 /// Bytes before the first element.
 const HEAD_BYTES: usize = 128;
-/// Structures that stand in one another.
+/// Greatest depth of nested structures.
 const MAX_DEPTH: usize = 8;
-/// Most arrays of a file.
+/// Greatest number of arrays of a file.
 const MAX_ARRAYS: usize = 10_000;
 
 /// Types of elements.
@@ -52,7 +52,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     Ok(table)
 }
 
-/// Type and data of the first element, and what follows it.
+/// Type and data of the first element, and the bytes after it.
 fn element(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), String> {
     let cut = || "an element is cut short: the file is damaged or incomplete".to_string();
     let word =
@@ -63,7 +63,7 @@ fn element(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), String> {
         length => (kind & 0xffff, 4, length as usize),
     };
     let end = start.checked_add(length).filter(|end| *end <= bytes.len()).ok_or_else(cut)?;
-    // A small element is of eight bytes; packed ones are not filled up.
+    // A small element has eight bytes; compressed ones are not padded.
     let next = match kind {
         COMPRESSED => end,
         _ => end.next_multiple_of(8).min(bytes.len()),
@@ -79,13 +79,13 @@ struct Arrays<'a> {
 }
 
 impl Arrays<'_> {
-    /// Takes an element of the file.
+    /// Reads an element of the file.
     fn top(&mut self, kind: u32, data: &[u8]) -> Result<(), String> {
         match kind {
             MATRIX => self.matrix(data, "", 0),
             COMPRESSED => {
                 let mut unpacked = Vec::new();
-                // One byte more shows what is too long.
+                // One byte more than allowed reveals an excess.
                 let room = self.budget.left() as u64 + 1;
                 let read = ZlibDecoder::new(data).take(room).read_to_end(&mut unpacked);
                 read.map_err(|e| format!("a packed array cannot be unpacked: {e}"))?;
@@ -97,7 +97,7 @@ impl Arrays<'_> {
         }
     }
 
-    /// Takes an array or a structure; `path` is what it stands in.
+    /// Reads an array or a structure; `path` is the path of the structures around it.
     fn matrix(&mut self, data: &[u8], path: &str, depth: usize) -> Result<(), String> {
         if data.is_empty() {
             return Ok(()); // an empty field
@@ -116,7 +116,7 @@ impl Arrays<'_> {
                 let kind = match class {
                     1 => "cells",
                     3 | 17 => "an object, as a timeseries or a table",
-                    4 => return Ok(()), // a text says something to people
+                    4 => return Ok(()), // a text is no signal
                     5 => "a sparse matrix",
                     16 => "a function",
                     _ => "something unknown",
@@ -164,7 +164,7 @@ impl Arrays<'_> {
         if self.numbers > MAX_CELLS || self.arrays.len() == MAX_ARRAYS {
             return Err(format!("more than {MAX_CELLS} numbers with array `{path}`; keep the signals of the robot"));
         }
-        // They lie here by columns, are turned to rows, and become columns of a table.
+        // They are stored by columns, transposed to rows, and become columns of a table.
         self.budget.draw(count.saturating_mul(3 * size_of::<f64>()))?;
         let values = numbers(kind, data).filter(|values| values.len() == count);
         let values =
@@ -198,7 +198,7 @@ fn numbers(kind: u32, data: &[u8]) -> Option<Vec<f64>> {
     })
 }
 
-/// The arrays without a structure that all of them stand in.
+/// The arrays without a structure that contains all of them.
 fn without_shared_path(mut arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
     while let Some((start, _)) = arrays.first().and_then(|(name, _)| name.split_once('.')) {
         let start = format!("{start}.");
@@ -210,7 +210,7 @@ fn without_shared_path(mut arrays: Vec<(String, Array)>) -> Vec<(String, Array)>
     arrays
 }
 
-/// Row by row, samples down: the length of most arrays is that of the samples.
+/// Row by row, one row a sample: the number of samples is the greatest length.
 fn turned(arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
     let longest = arrays.iter().filter(|(_, a)| a.shape.len() == 2).filter_map(|(_, a)| a.shape.iter().max()).max();
     let samples = longest.copied().unwrap_or(0);
@@ -218,7 +218,7 @@ fn turned(arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
         let array = match shape[..] {
             [1, 1] => Array { shape: vec![], values },
             [n, 1] | [1, n] => Array { shape: vec![n], values },
-            // Columns of joints, one behind the other, are rows of samples.
+            // Columns of joints in sequence are rows of samples.
             [joints, n] if n == samples && joints != samples => Array { shape: vec![n, joints], values },
             [n, k] => {
                 let turned = (0..n).flat_map(|r| (0..k).map(move |c| c * n + r)).map(|at| values[at]).collect();

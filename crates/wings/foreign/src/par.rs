@@ -1,7 +1,7 @@
-//! A robot written as a .par file that SYMORO and OpenSYMORO read, and [`robot::format::read_par`] too.
+//! A robot as a .par file for SYMORO and OpenSYMORO; [`robot::format::read_par`] reads it too.
 //!
-//! Values of symbols go into comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, this program
-//! reads the values. Each item that the format cannot express is noted.
+//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, this program reads
+//! the values. Each item that the format cannot represent is noted.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use robot::{
     Affine, Drive, Inertial, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia, Value,
 };
 
-/// The text of a .par file, and what it could not carry.
+/// The text of a .par file, and notes on the items that it cannot represent.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
     let names = WrittenNames::new(robot, |name| allowed(name, ""), |_| false);
     let mut text = String::new();
@@ -45,18 +45,18 @@ fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     }
 }
 
-/// The table: one list per parameter, one entry per frame, links before cuts before twins.
+/// The table: one list per parameter, one entry per frame: links, then cuts, then twins.
 fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) {
-    let cuts = robot.loops.iter().map(|l| Frame::of_loop(&l.cut));
-    let twins = robot.loops.iter().map(|l| Frame::of_loop(&l.twin));
-    let frames: Vec<Frame> = robot.links.iter().map(Frame::of_link).chain(cuts).chain(twins).collect();
+    let cuts = robot.loops.iter().map(|l| ParFrame::of_loop(&l.cut));
+    let twins = robot.loops.iter().map(|l| ParFrame::of_loop(&l.twin));
+    let frames: Vec<ParFrame> = robot.links.iter().map(ParFrame::of_link).chain(cuts).chain(twins).collect();
     line!(text, "\n(* Geometric parameters *)");
-    let row = |of: &dyn Fn(&Frame) -> String| frames.iter().map(of).collect::<Vec<_>>().join(",");
+    let row = |of: &dyn Fn(&ParFrame) -> String| frames.iter().map(of).collect::<Vec<_>>().join(",");
     line!(text, "ant = {{{}}}", row(&|f| f.antecedent.map_or(0, |i| i.0 + 1).to_string()));
     line!(text, "sigma = {{{}}}", row(&|f| f.sigma().to_string()));
     line!(text, "mu = {{{}}}", row(&|f| usize::from(f.drive == Drive::Actuated).to_string()));
     let constant = |v: &Value| names.value(v);
-    let moved = |f: &Frame, v: &Value, kind: JointKind| match f.sigma() {
+    let moved = |f: &ParFrame, v: &Value, kind: JointKind| match f.sigma() {
         2 => constant(v),
         _ if f.kind == kind => names.variable(f.variable, v),
         _ => constant(v),
@@ -95,7 +95,7 @@ fn dynamic_parameters(robot: &Robot, text: &mut String) {
     }
 }
 
-/// Rates, torques, the motion of the base, gravity: what those programs expect to find.
+/// Rates, torques, the motion of the base, gravity: entries that those programs expect.
 fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
@@ -114,7 +114,7 @@ fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
 }
 
 /// A link or a loop frame.
-struct Frame<'a> {
+struct ParFrame<'a> {
     antecedent: Option<LinkId>,
     geometry: &'a ModifiedDh,
     kind: JointKind,
@@ -122,10 +122,10 @@ struct Frame<'a> {
     variable: &'a Affine,
 }
 
-impl<'a> Frame<'a> {
-    fn of_link(link: &'a Link) -> Frame<'a> {
+impl<'a> ParFrame<'a> {
+    fn of_link(link: &'a Link) -> ParFrame<'a> {
         let joint = &link.joint;
-        Frame {
+        ParFrame {
             antecedent: link.antecedent,
             geometry: &link.geometry,
             kind: joint.kind,
@@ -134,12 +134,12 @@ impl<'a> Frame<'a> {
         }
     }
 
-    fn of_loop(frame: &'a LoopFrame) -> Frame<'a> {
+    fn of_loop(frame: &'a LoopFrame) -> ParFrame<'a> {
         let LoopFrame { antecedent, geometry, kind, variable } = frame;
-        Frame { antecedent: *antecedent, geometry, kind: *kind, drive: Drive::Passive, variable }
+        ParFrame { antecedent: *antecedent, geometry, kind: *kind, drive: Drive::Passive, variable }
     }
 
-    /// A joint that does not move is a fixed one.
+    /// The type of a joint in the format; a locked joint is a fixed one.
     fn sigma(&self) -> usize {
         match self.kind {
             _ if self.variable.terms.is_empty() => 2,
@@ -159,12 +159,13 @@ fn allowed(name: &str, also: &str) -> String {
     name.chars().map(|c| if keep(c) { c } else { '_' }).collect()
 }
 
-/// What the format has no word for.
+/// Notes on the items that the format cannot represent.
 fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
     if robot_name(robot) != robot.name {
         note("name", format!("the robot is called {} in the file", robot_name(robot)));
     }
+    // Links and joints.
     for (j, link) in robot.links.iter().enumerate() {
         let joint = &link.joint;
         if link.label != (j + 1).to_string() || link.name != format!("link {}", j + 1) {
@@ -181,6 +182,7 @@ fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
         }
         tell_of_file(link, &mut note);
     }
+    // Coordinates and symbols.
     for (k, coordinate) in robot.coordinates.iter().enumerate() {
         if coordinate.limits != Limits::default() {
             note(&coordinate.name, "its limits are not carried".into());

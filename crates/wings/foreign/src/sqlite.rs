@@ -1,11 +1,11 @@
-//! The messages of a rosbag2 in sqlite3 (.db3), in the order of their recording.
+//! The messages of a rosbag2 in sqlite3 (.db3), in the order of recording.
 //!
-//! `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as rosbag2_storage_sqlite3
-//! writes them. The file is opened for reading only and nothing is written beside it; a write-ahead log that a recorder
-//! left behind is read with it. A file cut short or damaged is read up to the first page that is missing.
+//! `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, in the form of
+//! rosbag2_storage_sqlite3. The file is opened for reading only and no file is written next to it; a write-ahead log that a
+//! recorder did not merge is read with it. A truncated or damaged file is read up to the first missing page.
 //!
-//! Files come from strangers: views, triggers and functions in the schema are off, a table that computes its columns is
-//! refused, and no message is longer than [`MAX_MESSAGE_BYTES`].
+//! Files may come from untrusted sources: views, triggers and functions in the schema are disabled, a table with computed columns
+//! is refused, and no message is longer than [`MAX_MESSAGE_BYTES`].
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -19,40 +19,40 @@ use rusqlite::limits::Limit;
 use rusqlite::{Connection, OpenFlags};
 
 use logs::reading::Compression;
-use logs::reading::{Channel, Message, Outcome, Receiver, Wanted};
+use logs::reading::{Channel, Message, ReadOutcome, Receiver, WantedChannels};
 
-/// Bytes of one message. 500 joints take 30 000.
+/// Greatest size of one message, bytes. 500 joints take 30 000.
 const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 
-/// How a zstd stream begins.
+/// The first bytes of a zstd stream.
 const ZSTD_MAGIC: &[u8] = b"\x28\xb5\x2f\xfd";
 
-/// SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
+/// The file system of SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
-/// Opens a file, which must not be written by another program meanwhile.
+/// Opens a file, which must not be written by another program at the same time.
 fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let opened = if ["-wal", "-journal"].iter().any(|end| beside(path, end).exists()) {
+    let opened = if ["-wal", "-journal"].iter().any(|end| journal_path(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
     } else {
-        // SQLite would put an empty write-ahead log beside a file in that mode, even to read it.
+        // SQLite would create an empty write-ahead log next to a file in that mode, even for reading.
         let uri = immutable(path);
         Connection::open_with_flags_and_vfs(uri, flags | OpenFlags::SQLITE_OPEN_URI, LOCKLESS_FILE_SYSTEM)
     };
     opened.map_err(|e| refused(&e))
 }
 
-/// Where SQLite looks for what a recorder left behind: beside the file itself, where a link points to it.
-fn beside(path: &Path, end: &str) -> PathBuf {
+/// The path of a companion file of SQLite: next to the file itself, after links are resolved.
+fn journal_path(path: &Path, end: &str) -> PathBuf {
     let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
     name.push(end);
     name.into()
 }
 
-/// The address by which SQLite opens a file that nobody changes. <https://www.sqlite.org/uri.html>
+/// The URI by which SQLite opens a file that does not change. <https://www.sqlite.org/uri.html>
 fn immutable(path: &Path) -> OsString {
-    // A letter and a colon begin a path of Windows, whose address begins with three strokes.
+    // A Windows path begins with a letter and a colon, and its URI with three slashes.
     let drive = if path.as_os_str().as_encoded_bytes().get(1) == Some(&b':') { "///" } else { "" };
     let mut uri = format!("file:{drive}");
     for &byte in path.as_os_str().as_encoded_bytes() {
@@ -68,8 +68,7 @@ fn immutable(path: &Path) -> OsString {
 
 /// Opens the content of a file.
 fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
-    // In memory there is no write-ahead log beside the file. So its mode, bytes 18 and 19, is set to that of a plain
-    // file.
+    // In memory there is no write-ahead log next to the file. So its mode, bytes 18 and 19, is set to the mode of a plain file.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
     let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
     let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
@@ -88,30 +87,35 @@ fn refused(e: &rusqlite::Error) -> String {
     format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
 }
 
-/// As [`read`], of a file.
+/// Reads the messages of a file; see [`read`].
 pub(crate) fn read_file(
     path: &Path,
-    wanted: &Wanted,
+    wanted: &WantedChannels,
     work: &mut Budget,
     each: &mut Receiver,
-) -> Result<Outcome, String> {
+) -> Result<ReadOutcome, String> {
     read(&open(path)?, wanted, work, each)
 }
 
-/// As [`read`], of the content of a file.
+/// Reads the messages in the content of a file; see [`read`].
 pub(crate) fn read_bytes(
     bytes: &[u8],
-    wanted: &Wanted,
+    wanted: &WantedChannels,
     work: &mut Budget,
     each: &mut Receiver,
-) -> Result<Outcome, String> {
+) -> Result<ReadOutcome, String> {
     read(&of_bytes(bytes)?, wanted, work, each)
 }
 
-/// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
+/// Passes the messages of the channels that are `wanted` to `each`. Decompressed bytes of messages are drawn from `work`.
 ///
-/// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
-fn read(database: &Connection, wanted: &Wanted, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
+/// Fails when the tables of a rosbag2 are missing; damage among the messages gives an `Outcome`.
+fn read(
+    database: &Connection,
+    wanted: &WantedChannels,
+    work: &mut Budget,
+    each: &mut Receiver,
+) -> Result<ReadOutcome, String> {
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
         // Views, virtual tables and computed columns would run code of the file, so they are refused.
@@ -121,14 +125,14 @@ fn read(database: &Connection, wanted: &Wanted, work: &mut Budget, each: &mut Re
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are selected, not only those of wanted topics: SQLite makes empty rows of a missing page, and these must
-    // be noticed.
+    // All rows are selected, not only the rows of wanted topics: SQLite returns empty rows for a missing page, and these must be
+    // detected.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
          rowid",
         asked.join(",")
     );
-    let mut outcome = Outcome { channels: channels.values().cloned().collect(), cut: None };
+    let mut outcome = ReadOutcome { channels: channels.values().cloned().collect(), cut: None };
     let mut statement = database.prepare(&query).map_err(|e| refused(&e))?;
     let mut rows = statement.query([]).map_err(|e| refused(&e))?;
     let (mut count, mut last) = (0u64, i64::MIN);
@@ -151,7 +155,7 @@ fn read(database: &Connection, wanted: &Wanted, work: &mut Budget, each: &mut Re
             Err(e) => break e.to_string(),
         };
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
-        // Messages may be packed one by one. An unpacked one is no zstd stream, because CDR begins with 00 00 or 00 01.
+        // Messages may be compressed one by one. An uncompressed one is no zstd stream, because CDR begins with 00 00 or 00 01.
         let unpacked;
         let data = if data.starts_with(ZSTD_MAGIC) {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
@@ -168,20 +172,20 @@ fn read(database: &Connection, wanted: &Wanted, work: &mut Budget, each: &mut Re
     Ok(outcome)
 }
 
-/// Turns off what SQLite must not do for a file that it reads.
+/// Disables features of SQLite that must not act on a file that is only read.
 fn guard(database: &Connection) -> rusqlite::Result<()> {
     for (option, on) in [
         (DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true),
         (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
-        // Without it a file with fewer pages than its head says is refused as a whole.
+        // Without it a file with fewer pages than stated in its head is refused as a whole.
         (DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true),
     ] {
         database.set_db_config(option, on)?;
     }
     database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)?;
-    // The index of a write-ahead log is kept in memory instead of in a file beside it.
+    // The index of a write-ahead log is kept in memory instead of in a file next to it.
     database.pragma_update(None, "locking_mode", "EXCLUSIVE")
 }
 
@@ -206,7 +210,7 @@ fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, (Stri
     statement.query_map([], |row| Ok((row.get(0)?, (row.get(1)?, row.get(2)?))))?.collect()
 }
 
-/// Whether a name is that of a table that computes nothing.
+/// Whether a table of this name exists and has no computed columns.
 fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
     let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
     let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
@@ -218,7 +222,7 @@ fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
 mod tests {
     use super::*;
 
-    /// A bag in the mode of write-ahead logs, with one topic; `name` is that of the file, which is hard to spell.
+    /// A bag in write-ahead mode, with one topic; `name` is the name of the file, with special characters.
     fn recorder(folder: &Path, name: &str) -> (Connection, PathBuf) {
         let path = folder.join(name);
         let recorder = Connection::open(&path).unwrap();
@@ -269,7 +273,7 @@ mod tests {
     fn a_write_ahead_log_left_behind_is_read() {
         let (live, killed) = (folder("live"), folder("killed"));
         let (_recorder, path) = recorder(&live, "bag.db3");
-        // The recorder is alive, so that its log is not yet in the file. A copy of both is what a killed one leaves.
+        // The recorder is still running, so its log is not yet in the file. A copy of both equals the files of a killed one.
         for name in ["bag.db3", "bag.db3-wal"] {
             std::fs::copy(live.join(name), killed.join(name)).unwrap();
         }

@@ -1,4 +1,4 @@
-//! A robot's functions as formulas, with the symbols that its file names or that are asked for.
+//! A robot's functions as formulas, with the symbols in its file or in the request.
 
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};
@@ -8,20 +8,19 @@ use rist::describe::source::{function_named, function_names};
 use robot::Robot;
 
 use crate::file::{FormulaLanguage, Formulas, formula_file};
-use crate::listing::{Place, output_name};
+use crate::listing::{OutputEntry, output_name};
 use crate::request::DeriveRequest;
-use crate::symbols::Kept;
+use crate::symbols::KeptSymbols;
 
-/// The formulas that the request asks for as the text of one file; `made_by`: the command that its head names.
+/// The formulas of a request as the text of one file; `made_by`: the command in its head.
 ///
-/// Fails where a function, a symbol or an entry is not there, where a number is needed that the description lacks, where
-/// the rank is not clear-cut although the base regressor is asked for, and on robots whose derivation takes long or much memory, unless
-/// `any_size` asks for it.
+/// Fails where a function, a symbol or an entry does not exist, where the description lacks a needed number, where the rank of
+/// the base regressor is ambiguous, and for robots with a long or large derivation, unless `any_size`.
 pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: bool) -> Result<String, Error> {
     check_size(robot, any_size)?;
     let RobotFormulas { doc, functions, constants } =
         modeling::formulas(robot, &wanted(robot, request)?).map_err(Error::new)?;
-    let kept = Kept::of(robot, &request.symbols, &constants)?;
+    let kept = KeptSymbols::of(robot, &request.symbols, &constants)?;
     let formulas = |(mut doc, function): (Vec<String>, Function)| -> Result<Formulas, Error> {
         let function = function.bound_except(&|name| kept.holds(name));
         let place = request.entry.as_ref().map(|entry| place(&function, entry)).transpose()?;
@@ -32,7 +31,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     };
     let mut formulas = functions.into_iter().map(formulas).collect::<Result<Vec<_>, _>>()?;
     for k in 1..formulas.len() {
-        // Two names may make one word.
+        // Two names may give one identifier.
         while formulas[..k].iter().any(|f| f.function.name == formulas[k].function.name) {
             formulas[k].function.name.push('_');
         }
@@ -40,7 +39,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     formula_file(&doc, &formulas, request.language, made_by).map_err(Error::new)
 }
 
-/// The functions asked for.
+/// The requested functions.
 fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, Error> {
     let functions: Vec<RobotFunction> =
         request.function.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
@@ -60,8 +59,8 @@ fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, 
     }
 }
 
-/// The entry that is called so: `A[1,2]`, `tau[3]`.
-fn place(function: &Function, text: &str) -> Result<Place, Error> {
+/// The entry with this name: `A[1,2]`, `tau[3]`.
+fn place(function: &Function, text: &str) -> Result<OutputEntry, Error> {
     let there = || {
         let shape = |o: &expr::Output| match o.columns {
             1 => format!("{}[1] to {0}[{}]", output_name(&o.name), o.rows),

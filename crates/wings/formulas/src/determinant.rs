@@ -1,9 +1,8 @@
 //! The determinant of the Jacobian of a link.
 //!
-//! It does not depend on the axes and on the point of the link that velocities are of. Those are taken in which it costs
-//! least: for an arm with a spherical wrist the point where the axes meet, which makes it a product of the wrist's and the
-//! arm's. With other than six coordinates it is that of J^T J, or J J^T, the square of the manipulability
-//! [Yoshikawa 1985], in the link's frame.
+//! It is independent of the axes and of the reference point of the velocities. The cheapest choice is taken: for an arm with a
+//! spherical wrist the axis intersection, which gives a product of the wrist's and the arm's determinants. With other than six
+//! coordinates it is the determinant of J^T J, or J J^T, the square of the manipulability [Yoshikawa 1985], in the link's frame.
 
 use std::collections::HashMap;
 
@@ -15,7 +14,7 @@ use modeling::LinkFrame;
 use modeling::ReferenceFrame;
 use modeling::building::{NULL, add, cross};
 
-/// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.
+/// Determinant of the Jacobian of a link with six coordinates, else of J^T J or J J^T: input `q`, output `det`.
 pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Function {
     let frame = &frame.into();
     let n = derivation.robot().n_coordinates();
@@ -44,7 +43,7 @@ pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFr
     least.map_or_else(|| made(derivation.graph(), Expr::ONE), |(_, function)| function)
 }
 
-/// The Jacobian of a link in the axes of another that carries it, of the point of the link that is at the other's origin.
+/// The Jacobian of a link in the axes of another that carries it, for the point of the link at the other's origin.
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
     let robot = derivation.robot();
@@ -53,8 +52,8 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
             let moved: Vec<LinkId> =
                 between.filter(|j| robot.link(*j).joint.variable.terms.iter().any(|t| t.0.0 == k)).collect();
-            // What moves the other moves the link alike, unless the coordinate moves joints between them too. What moves one
-            // joint between them is simplest in the frame of that joint.
+            // A coordinate that moves the other moves the link equally, unless it also moves joints between them. A coordinate of
+            // one joint between them is simplest in the frame of that joint.
             let from = match moved[..] {
                 [] => at,
                 [joint] if derivation.twist(at, k).is_none() => joint,
@@ -67,7 +66,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let origin = derivation.at_place_of(NULL, from, &reference);
             let z = derivation.in_axes_of(twist.z, from, &reference);
             let d = derivation.in_axes_of(twist.d, from, &reference);
-            // From the origin of one to that of the other.
+            // From the origin of one to the origin of the other.
             let g = derivation.graph();
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
@@ -76,7 +75,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
     (0..6).map(|r| columns.iter().map(|column| column[r]).collect()).collect()
 }
 
-/// J^T J, or J J^T.
+/// J^T J (`columns_first`), or J J^T.
 fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Expr>> {
     let columns: Vec<Vec<Expr>> =
         (0..rows.first().map_or(0, Vec::len)).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
@@ -90,7 +89,8 @@ fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Ex
     vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
 }
 
-/// The determinant of a matrix by blocks where it has zeros for that, else along its emptiest row; each minor once.
+/// The determinant of a matrix: by blocks where its zeros allow that, else along the row with the most zeros; each minor is
+/// computed once.
 struct Determinant<'a> {
     g: &'a mut Graph,
     rows: Vec<Vec<Expr>>,
@@ -123,13 +123,13 @@ impl Determinant<'_> {
         found
     }
 
-    /// Rows and as many columns outside which these rows are zero.
+    /// Rows and the same number of columns outside which these rows are zero.
     fn block(&self, rows: u32, columns: u32) -> Option<(u32, u32)> {
         let mut subset = (rows - 1) & rows;
         while subset != 0 {
             let read = bits(subset).fold(0, |read, r| read | self.read(r, columns));
             if read.count_ones() <= subset.count_ones() {
-                // Fewer columns than rows: the determinant is zero, and any columns do.
+                // Fewer columns than rows: the determinant is zero, and any columns can be added.
                 let missing = bits(columns & !read).take((subset.count_ones() - read.count_ones()) as usize);
                 return Some((subset, missing.fold(read, |read, c| read | 1 << c)));
             }
@@ -160,7 +160,7 @@ fn bits(set: u32) -> impl Iterator<Item = usize> {
     (0..32).filter(move |k| set >> k & 1 == 1)
 }
 
-/// How many exchanges bring a subset to the front of a set, up to an even number.
+/// Number of exchanges that bring a subset to the front of a set, modulo two.
 fn places(subset: u32, set: u32) -> usize {
     let place = |k: usize| (set & ((1 << k) - 1)).count_ones() as usize;
     bits(subset).enumerate().map(|(front, k)| place(k) - front).sum()

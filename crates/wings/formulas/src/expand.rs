@@ -1,28 +1,30 @@
 //! Entries expanded to sums of products of symbols, sines and cosines.
 //!
-//! sin^2 becomes 1 - cos^2, so that what cancels does. The sine and the cosine of a sum of angles that has a name (C23)
-//! is one factor, as people write it.
+//! sin^2 becomes 1 - cos^2, so that terms cancel that only this identity makes equal. The sine and the cosine of a named sum of
+//! angles (C23) are one factor, as in textbooks.
 
 use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Node};
 
-use crate::listing::{Listing, Names, Place, Reader, Term, sum};
+use crate::listing::{Listing, ListingNames, OutputEntry, Term, TermReader, sum};
 
-/// Factor (a node) and power, in the order of the nodes.
+/// Factors (nodes) with their powers, in the order of the nodes.
 type Monomial = Vec<(usize, u32)>;
-/// Coefficient, and the size of what it was added up from.
+/// Coefficients, each with the sum of the magnitudes that it was summed from.
 type Polynomial = BTreeMap<Monomial, (f64, f64)>;
 
 /// More terms than anybody reads.
-const MOST_TERMS: usize = 20_000;
+const MAX_TERMS: usize = 20_000;
+/// Coefficient over the sum of its magnitudes below which it is rounding.
+const CANCELLED: f64 = 1e-14;
 
 /// Why an expansion is not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TooLong {
-    /// It has more terms than this.
+    /// It has more terms than this number.
     Terms(usize),
-    /// It has a quotient or a root, which no sum of products is.
+    /// It has a quotient or a root, so it is no sum of products.
     Quotient,
 }
 
@@ -40,10 +42,10 @@ impl std::fmt::Display for TooLong {
 impl std::error::Error for TooLong {}
 
 /// The function, or one entry of it, expanded.
-pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<Listing, TooLong> {
+pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Result<Listing, TooLong> {
     let mut expansion = Expansion { function, squares: squares(function), of_node: BTreeMap::new() };
     let graph = function.graph();
-    let mut names = Names::of(function);
+    let mut names = ListingNames::of(function);
     let mut values = BTreeMap::new();
     for (i, output) in function.outputs.iter().enumerate() {
         for (k, &e) in output.entries.iter().enumerate() {
@@ -52,7 +54,7 @@ pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<List
             }
         }
     }
-    // The factors that are read, and those behind them.
+    // The factors that the entries use, and the factors that these are computed from.
     let mut read = vec![false; graph.nodes().len()];
     for (factor, _) in values.values().flat_map(BTreeMap::keys).flatten() {
         read[*factor] = true;
@@ -65,7 +67,7 @@ pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<List
     let mut assignments = Vec::new();
     for n in (0..read.len()).filter(|&n| read[n]) {
         if is_factor(function, n) && !matches!(graph.nodes()[n], Node::Symbol(_)) {
-            let value = Reader { function, names: &names }.node(n);
+            let value = TermReader { function, names: &names }.node(n);
             names.give_to_variable(function, n);
             if let Some((name, negative)) = names.name(n) {
                 let value = if *negative { crate::listing::negated(value) } else { value };
@@ -76,7 +78,7 @@ pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<List
     Ok(Listing::around(function, function, &names, assignments, place, |i, k| term(&values[&(i, k)], &names)))
 }
 
-/// Marks the factors that the node n is made of.
+/// Marks the factors that the node n is computed from.
 fn mark(function: &Function, n: usize, read: &mut [bool]) {
     for e in expr::operands(function.graph().nodes()[n]) {
         if is_factor(function, e.node()) {
@@ -87,7 +89,7 @@ fn mark(function: &Function, n: usize, read: &mut [bool]) {
     }
 }
 
-/// Whether a node is kept whole: a symbol, a sine or a cosine, also of a sum of angles.
+/// Whether a node is one factor: a symbol, a sine or a cosine, also of a named sum of angles.
 fn is_factor(function: &Function, n: usize) -> bool {
     let of_sum =
         |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
@@ -98,7 +100,7 @@ fn is_factor(function: &Function, n: usize) -> bool {
     }
 }
 
-/// Node of a sine -> node of the cosine of the same angle.
+/// For each sine (a node), the cosine of the same angle.
 fn squares(function: &Function) -> BTreeMap<usize, usize> {
     let graph = function.graph();
     let place = |wanted: Node| graph.nodes().iter().position(|node| *node == wanted);
@@ -158,9 +160,9 @@ impl Expansion<'_> {
             },
             _ => return Err(TooLong::Quotient),
         };
-        // What cancels but for rounding is gone.
-        value.retain(|_, (x, size)| x.abs() > 1e-14 * *size);
-        if value.len() > MOST_TERMS { Err(TooLong::Terms(MOST_TERMS)) } else { Ok(value) }
+        // Coefficients that cancel up to rounding are dropped.
+        value.retain(|_, (x, size)| x.abs() > CANCELLED * *size);
+        if value.len() > MAX_TERMS { Err(TooLong::Terms(MAX_TERMS)) } else { Ok(value) }
     }
 
     fn product(&self, a: &Polynomial, b: &Polynomial) -> Result<Polynomial, TooLong> {
@@ -171,14 +173,14 @@ impl Expansion<'_> {
                 n.iter().for_each(|(factor, power)| *powers.entry(*factor).or_insert(0) += power);
                 self.reduced(powers, (x.0 * y.0, x.1 * y.1), &mut product);
             }
-            if product.len() > MOST_TERMS {
-                return Err(TooLong::Terms(MOST_TERMS));
+            if product.len() > MAX_TERMS {
+                return Err(TooLong::Terms(MAX_TERMS));
             }
         }
         Ok(product)
     }
 
-    /// Adds a product, sin^2 in it written as 1 - cos^2.
+    /// Adds a product; sin^2 in it becomes 1 - cos^2.
     fn reduced(&self, mut powers: BTreeMap<usize, u32>, (x, size): (f64, f64), sum: &mut Polynomial) {
         let square =
             powers.iter().find(|(factor, power)| **power >= 2 && self.squares.contains_key(factor)).map(|p| *p.0);
@@ -206,7 +208,7 @@ fn scaled(a: &Polynomial, factor: f64) -> Polynomial {
 }
 
 /// The polynomial in the names of its factors.
-fn term(polynomial: &Polynomial, names: &Names) -> Term {
+fn term(polynomial: &Polynomial, names: &ListingNames) -> Term {
     let product = |(monomial, (x, _)): (&Monomial, &(f64, f64))| {
         let mut negative = *x < 0.0;
         let mut factors = Vec::new();

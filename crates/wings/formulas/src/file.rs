@@ -1,19 +1,19 @@
-//! Functions as formulas that people read, and that tools of algebra compute with: one file per language.
+//! Functions as formulas for people and for computer algebra systems: one file per language.
 //!
-//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A
-//! language is a grammar ([`print`]) and the frame of its file.
+//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A language is a
+//! grammar ([`print`]) and the frame of its file.
 
 use expr::Function;
 
 use crate::expand::{self, TooLong};
-use crate::listing::{Listing, Place};
-use crate::shown::Shown;
+use crate::listing::{Listing, OutputEntry};
+use crate::shown::PrintedFunction;
 use crate::{latex, matlab, sympy, text};
 
 /// The language of formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormulaLanguage {
-    /// `w3_z = w2_z + dq3`, a line each.
+    /// Lines `w3_z = w2_z + dq3`.
     Text,
     /// `align*` environments.
     Latex,
@@ -23,21 +23,21 @@ pub enum FormulaLanguage {
     Matlab,
 }
 
-/// A function with what stands above it.
+/// A function with its description.
 pub struct Formulas {
-    /// Lines that say what it is.
+    /// Lines that describe the function.
     pub doc: Vec<String>,
     /// The function, with the named constants that stay symbols.
     pub function: Function,
     /// The one entry to print; `None` for all.
-    pub place: Option<Place>,
+    pub place: Option<OutputEntry>,
     /// Whether each entry is expanded to a sum of products.
     pub is_expanded: bool,
 }
 
-/// The file of these functions; `doc` are the lines of its head, `made_by` is the command that makes it again.
+/// The file of these functions; `doc` are the lines of its head, `made_by` is the command that writes the file again.
 ///
-/// Fails where an expansion has more terms than anybody reads, or has quotients in it.
+/// Fails where an expansion has too many terms or has quotients in it.
 pub fn formula_file(
     doc: &[String],
     functions: &[Formulas],
@@ -53,7 +53,7 @@ pub fn formula_file(
             true => expand::expanded(&f.function, f.place)?,
             false => Listing::of(&f.function, f.place),
         };
-        shown.push(Shown { name: &f.function.name, doc: &f.doc, listing });
+        shown.push(PrintedFunction { name: &f.function.name, doc: &f.doc, listing });
     }
     Ok(match language {
         FormulaLanguage::Text => text::file(&head, &shown),
@@ -63,8 +63,8 @@ pub fn formula_file(
     })
 }
 
-/// How the language prints each entry of each input of a function, in the order of the inputs, and then the symbols that
-/// stay: what a reader of the file has to give a value to.
+/// The names, in the language, of each entry of each input of a function, in the order of the inputs, then of the symbols that
+/// stay: everything that a user of the file assigns a value to.
 pub fn printed_symbols(function: &Function, language: FormulaLanguage) -> Vec<String> {
     let listing = Listing::of(function, None);
     let print: fn(&str) -> String = match language {

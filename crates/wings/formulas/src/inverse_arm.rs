@@ -1,14 +1,15 @@
-//! Which arms have an inverse geometric model in closed form ([`crate::inverse_geometry`]), and their joints.
+//! Arms with an inverse geometric model in closed form ([`crate::inverse_geometry`]), and their joints.
 //!
-//! An arm whose first three axes meet is one with a spherical wrist when it is read from its end: of
+//! An arm whose first three axes meet has a spherical wrist when it is read from its end: of
 //!
 //! ```text
 //! T_06 = prod_i Rx(alpha_i) Tx(d_i) Rz(theta_i) Tz(r_i)
 //! T_06^-1 = Tz(-r_6) Rz(-theta_6) Tx(-d_6) Rx(-alpha_6) Rz(-theta_5) Tz(-r_5) ..
 //! ```
-//! the second is the first with theta'_k = -theta_(7-k), r'_k = -r_(7-k), alpha'_k = -alpha_(8-k), d'_k = -d_(8-k).
+//! the inverse has the form of the first line with theta'_k = -theta_(7-k), r'_k = -r_(7-k), alpha'_k = -alpha_(8-k), d'_k =
+//! -d_(8-k).
 //!
-//! An axis that points against the one before it is parallel to it, when its frame is turned about x:
+//! An axis that is antiparallel to the axis before it becomes parallel when its frame is turned about x:
 //!
 //! ```text
 //! Rx(pi) Tx(d_i) Rz(theta_i) Tz(r_i) = Tx(d_i) Rz(-theta_i) Tz(-r_i) Rx(pi)
@@ -20,7 +21,7 @@ use robot::{JointKind, LinkId, Robot};
 use modeling::Derivation;
 use modeling::building::{Angle, Geometry};
 
-/// What keeps an arm from having these closed forms.
+/// The reason why an arm has none of these closed forms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoClosedForm(String);
 
@@ -38,7 +39,7 @@ impl std::fmt::Display for NoClosedForm {
 
 impl std::error::Error for NoClosedForm {}
 
-/// A joint of the arm: alpha and d, then theta and r with what the next link adds to them.
+/// A joint of the arm: alpha and d, then theta and r including gamma and b of the next link.
 #[derive(Clone)]
 pub(crate) struct ArmJoint {
     /// Quarter turns.
@@ -48,13 +49,13 @@ pub(crate) struct ArmJoint {
     pub r: Expr,
     /// Whether the coordinate is added to r, and not to theta.
     pub slides: bool,
-    /// Its coordinate's place among those of the six.
+    /// Index of its coordinate among the coordinates of the six joints.
     pub column: usize,
     pub sign: f64,
 }
 
 impl ArmJoint {
-    /// sin(alpha), of an odd number of quarter turns.
+    /// sin(alpha), for an odd number of quarter turns.
     pub(crate) fn sine(&self) -> f64 {
         if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
     }
@@ -68,7 +69,7 @@ impl ArmJoint {
     }
 }
 
-/// Arms that are solved alike.
+/// Classes of arms, each with one method of solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// A spherical wrist behind two parallel axes.
@@ -83,12 +84,12 @@ pub(crate) enum Class {
 pub(crate) struct Arm {
     pub joints: [ArmJoint; 6],
     pub class: Class,
-    /// Whether it is read from its end.
+    /// Whether the arm is read from its end.
     pub is_reversed: bool,
 }
 
 impl Arm {
-    /// The arm that ends with this link. Fails where it is of no class from either end.
+    /// The arm that ends with this link. Fails where it belongs to no class from either end.
     pub(crate) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
         let arm = |mut joints, is_reversed| {
@@ -107,7 +108,7 @@ pub(crate) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
     chain
 }
 
-/// Its six joints; what else the robot has, a gripper, is no matter.
+/// The six joints from the base to a link. Other joints of the robot, of a gripper for example, do not matter.
 fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], NoClosedForm> {
     let robot = derivation.robot();
     let chain = chain(robot, link);
@@ -116,6 +117,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         return refused(format!("{} joints lead to the link", chain.len()));
     }
     let mut joints: Vec<ArmJoint> = Vec::new();
+    // each joint must follow one coordinate of its own by +-1, about axes at right angles or parallel
     for j in chain {
         let link = robot.link(j);
         let Geometry { gamma, b, alpha, d, theta, r } = derivation.geometry(j);
@@ -129,6 +131,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         if !joints.is_empty() && !alpha.terms.is_empty() {
             return refused(format!("the axis of {} is oblique", link.name));
         }
+        // gamma and b of this link act about and along the axis before: theta and r of the joint before
         if let Some(last) = joints.last_mut() {
             last.offset = last.offset.plus(&gamma);
             last.r = derivation.graph().add(last.r, b);
@@ -137,6 +140,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         let alpha = alpha.quarter_turns;
         joints.push(ArmJoint { alpha, d, offset: theta, r, slides, column: coordinate.0, sign });
     }
+    // columns count the coordinates of the arm only
     let all: Vec<usize> = joints.iter().map(|joint| joint.column).collect();
     for joint in &mut joints {
         joint.column = all.iter().filter(|other| **other < joint.column).count();
@@ -144,7 +148,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
     joints.try_into().or_else(|_| refused("there are not six joints".into()))
 }
 
-/// Turns the frames of joints whose axes point against the one before.
+/// Turns the frames of joints whose axes are antiparallel to the axis before, so that they become parallel.
 fn align(joints: &mut [ArmJoint; 6]) {
     for k in 1..6 {
         if joints[k].alpha.rem_euclid(4) == 2 {
@@ -157,7 +161,7 @@ fn align(joints: &mut [ArmJoint; 6]) {
     }
 }
 
-/// The same arm read from its end; alpha and d of the first joint, and r of the last, are those of no joint.
+/// The arm read from its end; alpha and d of the first joint and r of the last joint belong to no joint and are 0.
 fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     std::array::from_fn(|k| {
         let (joint, behind) = (&joints[5 - k], joints.get(6 - k));
@@ -165,7 +169,7 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
             alpha: behind.map_or(0, |b| -b.alpha),
             d: behind.map_or(Expr::ZERO, |b| -b.d),
             offset: joint.offset.negated(),
-            // The target is taken without r of either end.
+            // The target excludes r of both ends.
             r: if k == 0 || k == 5 { Expr::ZERO } else { -joint.r },
             sign: -joint.sign,
             ..joint.clone()
@@ -173,12 +177,13 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     })
 }
 
-/// The class of an arm, or why it is of none.
+/// The class of an arm, or the reason why it belongs to none.
 fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, NoClosedForm> {
     let refused = |text: &str| Err(NoClosedForm(text.into()));
     if let Some(k) = [one, two, four, five, six].iter().position(|joint| joint.slides) {
         return refused(&format!("joint {} slides", [1, 2, 4, 5, 6][k]));
     }
+    // all classes: axis 2 across axis 1, axes 4, 5 and 6 one across the other
     if !two.is_across() {
         return refused("axis 2 is not across axis 1");
     }
@@ -190,6 +195,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
             return refused(&format!("axes {before} and {after} do not cross at right angles"));
         }
     }
+    // Stanford arm: the wrist's centre lies on the axis of the sliding joint
     if three.slides {
         let behind = if four.is_across() { four.r } else { Expr::ZERO };
         return match three.is_across() && four.d.is_zero() && five.r.is_zero() && behind.is_zero() {
@@ -200,6 +206,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
     if three.d.is_zero() {
         return refused("axes 2 and 3 are one");
     }
+    // parallel axes, or a spherical wrist at a distance from axis 3
     match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
         (true, ..) if !four.d.is_zero() => Ok(Class::ParallelAxes),
         (_, true, true) if four.d.is_zero() && four.r.is_zero() => refused("axes 4, 5 and 6 meet on axis 3"),

@@ -1,36 +1,37 @@
-//! The inverse geometric model of arms of six joints, all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
+//! The inverse geometric model of arms with six joints, all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
 //! chapter 4].
 //!
-//! Three classes of arms ([`crate::inverse_arm`]), all with the second axis across the first and the last three axes
-//! one across the other:
+//! Three classes of arms ([`crate::inverse_arm`]), all with the second axis across the first and the last three axes one across
+//! the other:
 //!
 //! ```text
 //! spherical wrist   axes 2 and 3 parallel, axes 4, 5 and 6 meet in a point                     Puma 560, RX90
 //!                   joint 3 slides across axis 2, axes 4, 5 and 6 meet in a point of its axis   Stanford arm
 //! parallel axes     axes 2, 3 and 4 parallel                                                   UR5
 //! ```
-//! and the same arms from the other end: those whose first three axes meet, or with axes 3, 4 and 5 parallel.
-//! With W the wrist's centre, or O_5, in the frame that the first joint turns, the part of W along axis 2 is a length h:
+//! and the same arms from the other end: with the first three axes meeting in a point, or axes 3, 4 and 5 parallel. Let W be the
+//! wrist's centre, or O_5, in the frame that the first joint turns. The component of W along axis 2 is a length h:
 //!
 //! ```text
 //! -S1 W_x + C1 W_y = -sin(alpha_2) h              two angles: W_x, W_y and the root of W_x^2 + W_y^2 - h^2
 //! u = d_3 c2 + (x c23 - y s23), v = ...           u^2 + v^2 gives theta_3, two angles; then u, v give theta_2
 //! ```
 //! (x, y) is the wrist's centre in frame 3, or (d_4, 0). Where joint 3 slides, u^2 + v^2 gives r_3, with two signs. The wrist
-//! follows from the direction of axis 6, with two signs of sin theta_5. Of parallel axes the wrist comes before theta_3, since
-//! it places O_4.
+//! angles follow from the direction of axis 6, with two signs of sin theta_5. With parallel axes the wrist angles come before
+//! theta_3, since they determine O_4.
 //!
 //! Singular poses have solutions too. No angle is a quotient of differences that may vanish: of theta_4 and theta_6 one is a
-//! direction, and the other what is left of the orientation. Where that direction, of length below 1e-13, is rounding
-//! (axis 6 along axis 4 or the parallel axes, W on axis 1 or 2), its angle is free: it is where q = 0, and the others follow.
-//! The angles of a triangle of sides A, B, c come by Heron's formula, the root of four factors that are sums and differences of
-//! lengths; a factor below zero by less than 1e-13 m is zero, the arm stretched or folded. Of parallel axes a free theta_6 moves
-//! O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0, those of the other bring O_4 nearest to axis 2, or farthest
-//! from it where nearest is too near, so that one is in reach if any is (of arms with |r_5| below the shorter of d_3 and d_4).
-//! Above 1e-13 rounding still turns theta_6, and an arm that is nearly stretched would miss O_4: theta_6 leans to where O_4 is in
-//! reach, by less than rounding moves the orientation of the last link.
+//! direction, and the other follows from the remaining orientation. Where this direction has a length below 1e-13, it is rounding
+//! (axis 6 along axis 4 or along the parallel axes, W on axis 1 or 2). Then its angle is free: it is set to q = 0, and the others
+//! follow. The angles of a triangle of sides A, B, c follow by Heron's formula, the root of four factors that are sums and
+//! differences of lengths. A factor below zero by less than 1e-13 m is set to zero: the arm is stretched or folded. With parallel
+//! axes a free theta_6 moves O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0; solutions of the other sign bring
+//! O_4 as near to axis 2 as possible, or as far from it where nearest is too near. So one solution is in reach if any is (for
+//! arms with |r_5| below the shorter of d_3 and d_4). Above 1e-13 rounding still turns theta_6, and a nearly stretched arm would
+//! miss O_4: theta_6 is shifted towards the angle where O_4 is in reach, by less than rounding moves the orientation of the last
+//! link.
 //!
-//! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach has entries that are no numbers.
+//! The outputs are sines and cosines: q = atan2(sin_q, cos_q). The entries of a solution that is out of reach are NaN.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::Pose;
@@ -39,27 +40,29 @@ use crate::inverse_arm::{Arm, ArmJoint, Class, NoClosedForm, chain};
 use crate::inverse_turns::{between, direction, norm, root, unit_turn};
 use modeling::Derivation;
 use modeling::LinkFrame;
-use modeling::building::{Placement, Turn, Vector, add, constants, dot};
+use modeling::building::{Placement, Vector, ZRotation, add, constants, dot};
 
-/// Solutions of an arm.
+/// Number of solutions of an arm.
 const SOLUTIONS: usize = 8;
+/// Shift of theta_6 towards the angle in reach, over the length of its vector.
+const SHIFT_SHARE: f64 = 1e-14;
 
-/// A configuration: the turn of each joint, theta with its offset, and r_3 of a joint that slides.
+/// A configuration: the angle of each joint, theta with its offset, and r_3 of a joint that slides.
 struct Solution {
-    turns: [Turn; 6],
+    turns: [ZRotation; 6],
     slide: Expr,
 }
 
-/// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
-/// one solution a row, a column for each of the arm's six joints; what is out of reach is no number. Of a singular pose the
-/// free angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
+/// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6), one row
+/// per solution, one column for each of the arm's six joints; NaN where the pose is out of reach. At a singular pose the free
+/// angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
 ///
-/// Fails where the arm has no closed form of those that are known here.
+/// Fails where the arm has none of the closed forms of the module `inverse_arm`.
 pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
     let frame = &frame.into();
     let arm = Arm::new(derivation, frame.link)?;
     let chain = chain(derivation.robot(), frame.link);
-    // b of link 2 is along axis 1, and no turn of the first joint moves it.
+    // b of link 2 is along axis 1, so the angle of joint 1 does not change it.
     let second = chain.get(1).map_or(Expr::ZERO, |&j| derivation.geometry(j).b);
     let last = derivation.geometry(frame.link).r;
     let first = derivation.placement(chain[0]).clone();
@@ -71,6 +74,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     let joints = &arm.joints;
     let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
     let mut slides = Vec::new();
+    // the eight solutions are the signs of three roots: theta_1, theta_3 (or r_3), sin theta_5
     for k in 0..SOLUTIONS {
         let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
         let solution = match arm.class {
@@ -101,7 +105,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
 }
 
-/// Where the last link is to be, in the frame before the first joint turns.
+/// The desired pose of the last link, in the frame before the first joint turns.
 struct Target {
     /// Columns of its orientation.
     x: Vector,
@@ -127,8 +131,8 @@ impl Target {
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }
     }
 
-    /// Where the frame before the first joint turns is to be in that of the last link at r_6 before its origin: the
-    /// inverse pose, of the arm read from its end.
+    /// The inverse pose, for the arm read from its end: the frame before the first joint, seen from the last link's frame, moved
+    /// by r_6 along axis 6.
     fn reversed(&self, g: &mut Graph, r: Expr) -> Target {
         let Target { x, y, z, p } = *self;
         let mut along = |axis: Vector| -dot(g, axis, p);
@@ -136,16 +140,16 @@ impl Target {
         Target { x: [x[0], y[0], z[0]], y: [x[1], y[1], z[1]], z: [x[2], y[2], z[2]], p: [px, py, g.add(pz, r)] }
     }
 
-    /// The point of axis 6 at r_6 before its origin.
+    /// The point of axis 6 at a distance r_6 before its origin.
     fn before(&self, g: &mut Graph, r: Expr) -> Vector {
         let shift = self.z.map(|z| g.mul(r, z));
         std::array::from_fn(|i| g.sub(self.p[i], shift[i]))
     }
 }
 
-/// theta_1 that brings W to h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. The distance of W from axis 1 and 2 along
-/// x of frame 1 comes with it.
-fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (Turn, Expr) {
+/// theta_1 that brings W to h along axis 2, -S1 W_x + C1 W_y = -sin(alpha_2) h, and the distance of W from axes 1 and 2 along x
+/// of frame 1.
+fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (ZRotation, Expr) {
     let b = signed(h, -two.sine());
     let distance = norm(g, [W[0], W[1]]);
     let root = if h.is_zero() {
@@ -162,14 +166,14 @@ fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_
     (direction(g, turn, distance, free), a)
 }
 
-/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) of the plane across axis 2.
+/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) in the plane across axis 2.
 fn arm_turns(
     g: &mut Graph,
     [two, three]: [&ArmJoint; 2],
     point: [Expr; 2],
     to: [Expr; 2],
     is_other: bool,
-) -> [Turn; 2] {
+) -> [ZRotation; 2] {
     // X = d + x C3 - y S3 and l = x S3 + y C3, of the triangle of sides A = |d|, B = |(x, y)| and c = |(u, v)|:
     // 2 d X = c^2 + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
     let d = three.d;
@@ -190,7 +194,7 @@ fn arm_turns(
 }
 
 /// theta_2 and r that bring the point (d, -sin(alpha_3) r) of frame 2 to (u, v): r^2 = u^2 + v^2 - d^2.
-fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: bool) -> (Turn, Expr) {
+fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: bool) -> (ZRotation, Expr) {
     let (distance, size) = (norm(g, to), norm(g, [three.d, Expr::ZERO]));
     let (spare, sum) = (g.sub(distance, size), g.add(distance, size));
     let root = root(g, &[spare], &[sum]);
@@ -199,7 +203,7 @@ fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: b
     (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
-/// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1.
+/// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1, m.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };
     [g.sub(a, two.d), v]
@@ -214,16 +218,16 @@ fn with_wrist(
 ) -> Solution {
     let [j1, j2, j3, j4, j5, j6] = joints;
     let W = target.before(g, j6.r);
-    let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
+    let unturned = ZRotation { cos: Expr::ONE, sin: Expr::ZERO };
     let slides = class == Class::WristOfSlide;
     let h = if slides { j2.r } else { g.add(j2.r, j3.r) };
     let (first, a) = first_turn(g, [j1, j2], W, h, one);
     let place = in_plane(g, j2, a, W[2]);
     let (second, third, length) = if slides {
         let (second, length) = slide(g, [j2, j3], place, three);
-        // The wrist's centre is r_4 behind O_3.
+        // The wrist's centre is at r_4 from O_3.
         let behind = if j4.is_across() { Expr::ZERO } else { j4.r };
-        // What turns the boom about its own axis is no variable.
+        // The rotation of the sliding link about its axis is constant.
         let fixed = j3.offset.turn(g);
         (second, fixed, g.sub(length, behind))
     } else {
@@ -256,8 +260,8 @@ fn with_wrist(
     let free = j4.offset.turn(g);
     let fourth = direction(g, [signed(z[0], sign), signed(z[1], sign)], size, free);
     let [x, y, z] = [x, y, z].map(|axis| fourth.turned(g, axis));
-    let fifth = Turn { cos: signed(z[2], -s5 * s6), sin: signed(z[0], s6) };
-    let sixth = Turn { cos: signed(y[1], -s5 * s6), sin: signed(x[1], -s5 * s6) };
+    let fifth = ZRotation { cos: signed(z[2], -s5 * s6), sin: signed(z[0], s6) };
+    let sixth = ZRotation { cos: signed(y[1], -s5 * s6), sin: signed(x[1], -s5 * s6) };
     let third = if slides { unturned } else { third };
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: length }
 }
@@ -284,7 +288,7 @@ fn with_parallel_axes(
     let (to, free) = (leaning(g, to, reach), if five { reach } else { j6.offset.turn(g) });
     let sixth = direction(g, to, size, free);
     let [S5, _] = between(g, [seen[0], -seen[1]], [sixth.cos, sixth.sin]);
-    let fifth = Turn { cos: signed(seen[2], -s5 * s6), sin: signed(S5, s5) };
+    let fifth = ZRotation { cos: signed(seen[2], -s5 * s6), sin: signed(S5, s5) };
 
     // z_5 = s6 (S6 x_6 + C6 y_6), y_4 = -s5 z_5, and O_4 = O_5 - r_5 z_5.
     let z5 = [0, 1, 2].map(|i| {
@@ -299,17 +303,18 @@ fn with_parallel_axes(
         about_x(v, -j2.alpha)
     };
     let (y4, at) = (seen(g, z5.map(|z| signed(z, -s5))), first.turned(g, O4));
-    let all = Turn { cos: y4[1], sin: -y4[0] };
+    let all = ZRotation { cos: y4[1], sin: -y4[0] };
     let place = in_plane(g, j2, at[0], O4[2]);
     let [second, third] = arm_turns(g, [j2, j3], [j4.d, Expr::ZERO], place, three);
     let both = together(g, second, third);
-    let fourth = together(g, all, Turn { cos: both.cos, sin: -both.sin });
+    let fourth = together(g, all, ZRotation { cos: both.cos, sin: -both.sin });
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
 }
 
-/// theta_6, times a length, where axis 6 is along the parallel axes and any turns the last link alike: O_4 = O_5 - r_5 z_5 comes as
-/// near to axis 2 as it can, and where that is nearer than |A - B|, as far. `at`: O_5 along x of frame 1 and along axis 1.
-fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: Turn, at: [Expr; 2]) -> Turn {
+/// theta_6, times a length, where axis 6 is along the parallel axes, so any theta_6 turns the last link alike: O_4 = O_5 - r_5
+/// z_5 comes as near to axis 2 as possible, or as far as possible where the nearest is nearer than |A - B|. `at`: O_5 along x of
+/// frame 1 and along axis 1, m.
+fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRotation, at: [Expr; 2]) -> ZRotation {
     let [_, j2, j3, j4, j5, j6] = joints;
     if j5.r.is_zero() {
         return j6.offset.turn(g);
@@ -328,13 +333,14 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: Turn,
         let part = dot(g, outward, axis);
         signed(g.mul(along, part), j6.sine())
     });
-    Turn { cos, sin }
+    ZRotation { cos, sin }
 }
 
-/// A vector of an angle moved towards another by 1e-14 of that one's length: by less than the orientation of a pose is known, and
-/// by more than its rounding turns a vector that is little longer than rounding, which would put an elbow out of reach.
-fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: Turn) -> [Expr; 2] {
-    let share = g.constant(1e-14);
+/// A vector of an angle, shifted towards another one by [`SHIFT_SHARE`] of the other's length: less than the accuracy of the
+/// pose's orientation, but more than the rounding of a vector that is hardly longer than rounding. Such rounding would put the
+/// elbow out of reach.
+fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
+    let share = g.constant(SHIFT_SHARE);
     [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {
         let part = g.mul(share, to);
         g.add(own, part)
@@ -342,9 +348,9 @@ fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: Turn) -> [Expr; 2] {
 }
 
 /// The sum of two angles.
-fn together(g: &mut Graph, a: Turn, b: Turn) -> Turn {
+fn together(g: &mut Graph, a: ZRotation, b: ZRotation) -> ZRotation {
     let [cc, ss, sc, cs] = [(a.cos, b.cos), (a.sin, b.sin), (a.sin, b.cos), (a.cos, b.sin)].map(|(a, b)| g.mul(a, b));
-    Turn { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
+    ZRotation { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
 }
 
 /// A vector turned about x by quarter turns: Rx v.

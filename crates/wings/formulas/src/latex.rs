@@ -1,7 +1,7 @@
-//! Formulas as LaTeX: one `align*` a function, for `\input` into a document with amsmath.
+//! Formulas as LaTeX: one `align*` per function, for `\input` into a document with amsmath.
 
 use crate::print::{Grammar, comment, place};
-use crate::shown::Shown;
+use crate::shown::PrintedFunction;
 
 const GRAMMAR: Grammar = Grammar {
     times: r" \, ",
@@ -14,13 +14,13 @@ const GRAMMAR: Grammar = Grammar {
     variable,
 };
 
-/// Characters of an equation before it is broken at a sign.
+/// Characters of an equation before a line break at a sign.
 const WIDTH: usize = 120;
 
-/// The file.
-pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
+/// The LaTeX file of these functions.
+pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("%", head);
-    for Shown { name, doc, listing } in functions {
+    for PrintedFunction { name, doc, listing } in functions {
         text += &format!("\n% {name}\n{}", comment("%", doc));
         let mut lines = Vec::new();
         for (name, term) in &listing.assignments {
@@ -42,7 +42,7 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     text
 }
 
-/// `left &= right`, broken where it is long.
+/// `left &= right`, with line breaks where it is long.
 fn equation(left: &str, parts: &[String]) -> String {
     let (mut text, mut width) = (format!("{left} &= "), 0);
     for part in parts {
@@ -62,7 +62,7 @@ pub(crate) fn variable(name: &str) -> String {
     let (letters, index) = name.split_at(letters);
     let index = index.trim_matches('_').replace('_', ",");
     let (symbol, mut index) = (symbol(letters), index);
-    // What only an underscore tells apart stays apart.
+    // Names that differ only in trailing underscores get primes.
     index += &"'".repeat(name.len() - name.trim_end_matches('_').len());
     if index.is_empty() { symbol } else { format!("{symbol}_{{{index}}}") }
 }

@@ -1,10 +1,11 @@
-//! Wing: functions of a robot as formulas that people read, and that tools of algebra compute with.
+//! Wing: functions of a robot as formulas for people and for computer algebra systems.
 //!
 //! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). A language is a
 //! grammar (`print`) and the frame of its file.
 //!
-//! What the core promises this wing: `modeling::formulas` derives the functions with every length, angle and component of gravity as a
-//! named constant and every intermediate result with the name that Khalil's books give it; `expr` goes through a function node by node.
+//! What the core promises this wing: `modeling::formulas` derives the functions, with every length, angle and component of
+//! gravity as a named constant and every intermediate result under its name in Khalil's books. `expr` traverses a function node
+//! by node.
 
 #![warn(missing_docs)]
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
@@ -32,5 +33,5 @@ pub use expand::TooLong;
 pub use file::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 pub use inverse_arm::NoClosedForm;
 pub use inverse_geometry::inverse_geometry;
-pub use listing::{Place, output_name};
+pub use listing::{OutputEntry, output_name};
 pub use request::{DeriveRequest, wing};

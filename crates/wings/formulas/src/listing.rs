@@ -1,8 +1,8 @@
-//! A Function as assignments that people read: a name for what has one or is read more than once, all else in its place.
+//! A Function as readable assignments: a variable for each node that has a name or is used more than once, the others inline.
 //!
-//! The operations are those of the graph. A variable is called as [`expr::Graph::name`] says, sine and cosine of `q2` are
-//! `S2` and `C2`, and what has no name is `t1`, `t2`. A name stands for the value that was named: where the node holds
-//! its negative, the assignment and all who read it change the sign.
+//! The operations are the graph's operations. A variable has the name of [`expr::Graph::name`]; sine and cosine of `q2` are `S2`
+//! and `C2`, and unnamed variables are `t1`, `t2`. A name stands for the value that was named: where the node holds its negative,
+//! the assignment and all its uses change the sign.
 
 use std::collections::HashSet;
 
@@ -14,7 +14,7 @@ pub(crate) enum Term {
     /// Not negative.
     Number(f64),
     Variable(String),
-    /// Whether each summand is subtracted; the first is not unless all are.
+    /// Summands, and whether each is subtracted; the first is not, unless all are.
     Sum(Vec<(bool, Term)>),
     /// Factors with their powers, a number first.
     Product(Vec<(Term, u32)>),
@@ -31,44 +31,44 @@ pub(crate) struct ListedOutput {
     pub columns: usize,
     /// Row, column and value of the entries that are not zero for all inputs, row by row.
     pub entries: Vec<(usize, usize, Term)>,
-    /// Whether all entries are listed, or chosen ones alone.
+    /// Whether all entries are listed, not only chosen ones.
     pub is_whole: bool,
 }
 
-/// Assignments and what they end in.
+/// Assignments and the outputs computed from them.
 pub(crate) struct Listing {
-    /// Name and names of the entries.
+    /// Name of each input, and names of its entries.
     pub inputs: Vec<(String, Vec<String>)>,
-    /// Named constants that are symbols.
+    /// Named constants that stay symbols.
     pub constants: Vec<String>,
     pub assignments: Vec<(String, Term)>,
     pub outputs: Vec<ListedOutput>,
 }
 
 /// An entry of an output: the output's number, row and column, from 0.
-pub type Place = (usize, usize, usize);
+pub type OutputEntry = (usize, usize, usize);
 
-/// The names of a listing, one per node that has one, and whether it is that of the negative.
-pub(crate) struct Names {
+/// The names of a listing, one per named node, and whether the name stands for the negative of the node.
+pub(crate) struct ListingNames {
     of_node: Vec<Option<(String, bool)>>,
     taken: HashSet<String>,
     unnamed: usize,
 }
 
-/// Words that no variable may be called in one of the languages.
+/// Words that are reserved in one of the languages.
 const RESERVED: &str = "
     and as assert break case catch class continue cos def del elif else end except finally for from function
     global if import in is lambda Matrix not or otherwise parfor pass persistent pi raise return sin spmd
     sqrt switch symbols try while with yield zeros
 ";
 
-impl Names {
-    /// The names of inputs and constants; outputs are called as `output_name` says.
-    pub(super) fn of(function: &Function) -> Names {
+impl ListingNames {
+    /// The names of inputs and constants; [`output_name`] names the outputs.
+    pub(super) fn of(function: &Function) -> ListingNames {
         let graph = function.graph();
         let taken =
             RESERVED.split_whitespace().map(String::from).chain(function.outputs.iter().map(|o| output_name(&o.name)));
-        let mut names = Names { of_node: vec![None; graph.nodes().len()], taken: taken.collect(), unnamed: 0 };
+        let mut names = ListingNames { of_node: vec![None; graph.nodes().len()], taken: taken.collect(), unnamed: 0 };
         let inputs = function.inputs.iter().flat_map(|i| &i.entries).copied();
         for e in inputs.chain(function.constants().into_iter().map(|c| c.0)) {
             if let Node::Symbol(s) = graph.node(e) {
@@ -78,7 +78,7 @@ impl Names {
         names
     }
 
-    /// Calls a node so, or with an underscore behind where the name is taken.
+    /// Gives a node this name, with underscores appended where the name is taken.
     fn give(&mut self, node: usize, wanted: &str, negative: bool) {
         if self.of_node[node].is_some() {
             return;
@@ -93,7 +93,7 @@ impl Names {
         self.of_node[node] = Some((name, negative));
     }
 
-    /// Calls a node that becomes a variable.
+    /// Names a node that becomes a variable.
     pub(super) fn give_to_variable(&mut self, function: &Function, node: usize) {
         let graph = function.graph();
         match (graph.nodes()[node], graph.name_of(node)) {
@@ -107,7 +107,7 @@ impl Names {
         }
     }
 
-    /// `2` of `q2`; another variable in full.
+    /// `2` for `q2`; the whole name for other variables.
     fn angle(&self, a: Expr) -> String {
         let name = self.of_node[a.node()].as_ref().map_or("", |(name, _)| name.as_str());
         match name.strip_prefix('q').filter(|rest| !rest.is_empty()) {
@@ -126,42 +126,42 @@ impl Names {
     }
 }
 
-/// What an output is called: `A` of a matrix `a`, `tau` as it is.
+/// The name of an output: `A` for a matrix `a`; longer names such as `tau` are unchanged.
 pub fn output_name(name: &str) -> String {
     if name.len() == 1 { name.to_uppercase() } else { name.to_string() }
 }
 
 impl Listing {
-    /// All of `function`, or one entry of it.
-    pub(super) fn of(function: &Function, place: Option<Place>) -> Listing {
+    /// The listing of all of `function`, or of one entry.
+    pub(super) fn of(function: &Function, place: Option<OutputEntry>) -> Listing {
         let only = place.map(|(output, row, column)| function.with_entries(output, &[(row, column)]));
         let shown = only.as_ref().unwrap_or(function);
-        let mut names = Names::of(shown);
+        let mut names = ListingNames::of(shown);
         let mut assignments = Vec::new();
         let is_variable = variables(shown);
         for n in 0..shown.graph().nodes().len() {
             if is_variable[n] {
-                let value = Reader { function: shown, names: &names }.node(n);
+                let value = TermReader { function: shown, names: &names }.node(n);
                 names.give_to_variable(shown, n);
                 if let Some((name, negative)) = names.name(n) {
                     assignments.push((name.clone(), if *negative { negated(value) } else { value }));
                 }
             }
         }
-        let entry = |e: Expr| Reader { function: shown, names: &names }.signed(e);
+        let entry = |e: Expr| TermReader { function: shown, names: &names }.signed(e);
         Listing::around(function, shown, &names, assignments, place, |i, k| {
             if only.is_some() { entry(shown.outputs[0].entries[0]) } else { entry(shown.outputs[i].entries[k]) }
         })
     }
 
-    /// A listing of these assignments, the entries of whose outputs `value` gives by output and place. `names` are of
-    /// `shown`, the part of `function` that is listed.
+    /// A listing of these assignments; `value` gives the entries by output and index. `names` belong to `shown`, the section of
+    /// `function` that is listed.
     pub(super) fn around(
         function: &Function,
         shown: &Function,
-        names: &Names,
+        names: &ListingNames,
         assignments: Vec<(String, Term)>,
-        place: Option<Place>,
+        place: Option<OutputEntry>,
         value: impl Fn(usize, usize) -> Term,
     ) -> Listing {
         let outputs =
@@ -211,8 +211,7 @@ fn collect(term: &Term, read: &mut HashSet<String>) {
     }
 }
 
-/// Which nodes get a variable: sines and cosines, what is read more than once, and what has a name, unless an output
-/// alone reads it.
+/// Which nodes become variables: sines and cosines, nodes used more than once, and named nodes, unless only an output uses them.
 fn variables(function: &Function) -> Vec<bool> {
     let graph = function.graph();
     let mut reads = vec![0_usize; graph.nodes().len()];
@@ -232,19 +231,19 @@ fn variables(function: &Function) -> Vec<bool> {
     graph.nodes().iter().enumerate().map(is_variable).collect()
 }
 
-/// Nodes as terms: of variables by their names, of others in full.
-pub(crate) struct Reader<'a> {
+/// Nodes as terms: variables by name, other nodes as expressions.
+pub(crate) struct TermReader<'a> {
     pub function: &'a Function,
-    pub names: &'a Names,
+    pub names: &'a ListingNames,
 }
 
-impl Reader<'_> {
+impl TermReader<'_> {
     pub(super) fn signed(&self, e: Expr) -> Term {
         let (negative, term) = self.operand(e);
         if negative { negated(term) } else { term }
     }
 
-    /// The term of an expression, and whether it is to be subtracted.
+    /// The term of an expression, and whether it is subtracted.
     fn operand(&self, e: Expr) -> (bool, Term) {
         match self.names.name(e.node()) {
             Some((name, negative)) => (e.is_negative() ^ negative, Term::Variable(name.clone())),
@@ -255,7 +254,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What a node computes.
+    /// The term that a node computes.
     pub(super) fn node(&self, n: usize) -> Term {
         match self.function.graph().nodes()[n] {
             Node::Constant(x) => Term::Number(x),
@@ -295,7 +294,7 @@ impl Reader<'_> {
     }
 }
 
-/// A sum, sums in it taken apart; a positive summand first, where there is one.
+/// A sum with nested sums flattened; a positive summand comes first, if there is one.
 pub(crate) fn sum(terms: Vec<(bool, Term)>) -> Term {
     let mut flat = Vec::new();
     for (negative, term) in terms {

@@ -1,12 +1,12 @@
 //! Formulas as a function of MATLAB or Octave, which takes numbers or symbols of the Symbolic Math Toolbox.
 
 use crate::print::{PLAIN, comment};
-use crate::shown::Shown;
+use crate::shown::PrintedFunction;
 
-/// The file: MATLAB finds the first function of a file by the file's name, others only from within it.
-pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
+/// The MATLAB file: MATLAB finds the first function of a file by the file's name, the others only from within the file.
+pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = String::new();
-    for Shown { name, doc, listing } in functions {
+    for PrintedFunction { name, doc, listing } in functions {
         let outputs: Vec<&str> = listing.outputs.iter().map(|o| o.name.as_str()).collect();
         let inputs = listing.inputs.iter().map(|(name, _)| name);
         let arguments: Vec<&str> = inputs.chain(&listing.constants).map(String::as_str).collect();
@@ -29,7 +29,7 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
                 text += &format!("{name} = {};\n", PLAIN.text(term));
                 continue;
             }
-            // Built at once: assigning a symbol to an entry of a matrix of numbers fails.
+            // The matrix is built in one statement: assigning a symbol to an entry of a numeric matrix fails.
             let entry = |row: usize, column: usize| format!("{name}_{}_{}", row + 1, column + 1);
             for (row, column, term) in &output.entries {
                 text += &format!("{} = {};\n", entry(*row, *column), PLAIN.text(term));

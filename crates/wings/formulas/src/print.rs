@@ -1,15 +1,15 @@
-//! Terms as text, by what sets one language apart from another.
+//! Terms as text, by the grammar of a language.
 
 use crate::listing::{ListedOutput, Term};
 
 /// How a language writes an expression.
 pub(crate) struct Grammar {
     pub times: &'static str,
-    /// Before and behind an exponent.
+    /// Before and after an exponent.
     pub power: [&'static str; 2],
-    /// Before a numerator, between the two, behind the denominator.
+    /// Before a numerator, between the two, after the denominator.
     pub quotient: [&'static str; 3],
-    /// Whether numerator and denominator need brackets where they are no single thing.
+    /// Whether a sum or a product needs brackets as numerator or denominator.
     pub quotient_brackets: bool,
     pub root: [&'static str; 2],
     pub sine: [&'static str; 2],
@@ -17,7 +17,7 @@ pub(crate) struct Grammar {
     pub variable: fn(&str) -> String,
 }
 
-/// That of programming languages.
+/// The grammar of programming languages.
 pub(super) const PLAIN: Grammar = Grammar {
     times: "*",
     power: ["^", ""],
@@ -29,17 +29,17 @@ pub(super) const PLAIN: Grammar = Grammar {
     variable: str::to_string,
 };
 
-/// Lines behind the mark of a comment.
+/// Lines after a comment mark.
 pub(super) fn comment(mark: &str, lines: &[String]) -> String {
     lines.iter().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
 }
 
-/// `1,2` of a matrix, `1` of a column: the place of an entry, from 1.
+/// The index of an entry, from 1: `1,2` in a matrix, `1` in a column.
 pub(super) fn place(output: &ListedOutput, row: usize, column: usize) -> String {
     if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) }
 }
 
-/// How tightly a term holds together.
+/// The binding strength of a term.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Bond {
     Sum,
@@ -53,7 +53,7 @@ impl Grammar {
         self.parts(term).concat()
     }
 
-    /// The term, cut before each sign of its sum: where a line may be broken.
+    /// The term, cut before each sign of its sum, where a line may be broken.
     pub(super) fn parts(&self, term: &Term) -> Vec<String> {
         let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
         let part = |(k, (negative, term)): (usize, &(bool, Term))| {
@@ -68,7 +68,7 @@ impl Grammar {
         terms.iter().enumerate().map(part).collect()
     }
 
-    /// In brackets, unless it holds together as tightly as is asked for.
+    /// The term in brackets, unless it binds at least as strongly as requested.
     fn within(&self, term: &Term, bond: Bond) -> String {
         let (text, own) = self.bonded(term);
         if own >= bond { text } else { format!("({text})") }

@@ -1,9 +1,9 @@
-//! A function as every language gets it.
+//! A function as all language writers receive it.
 
 use crate::listing::Listing;
 
-/// A function as its language prints it.
-pub(crate) struct Shown<'a> {
+/// A function ready for printing.
+pub(crate) struct PrintedFunction<'a> {
     pub name: &'a str,
     pub doc: &'a [String],
     pub listing: Listing,

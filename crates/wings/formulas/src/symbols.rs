@@ -6,18 +6,18 @@ use rist::describe::symbols::check_symbols;
 use robot::Robot;
 
 /// Which named constants stay symbols.
-pub(crate) struct Kept<'a> {
+pub(crate) struct KeptSymbols<'a> {
     robot: &'a Robot,
     names: Vec<String>,
 }
 
-impl<'a> Kept<'a> {
-    /// `constants`: those of the functions, each with all its names in the file.
+impl<'a> KeptSymbols<'a> {
+    /// Of the constants of the functions, each with all its names in the file, those that are asked for.
     pub(crate) fn of(
         robot: &'a Robot,
         asked: &[String],
         constants: &[(String, Vec<String>)],
-    ) -> Result<Kept<'a>, Error> {
+    ) -> Result<KeptSymbols<'a>, Error> {
         let is_asked = |(name, names): &&(String, Vec<String>)| match asked {
             [] => robot.symbols.iter().any(|s| s.name == *name),
             [word] if word == "all" => true,
@@ -25,7 +25,7 @@ impl<'a> Kept<'a> {
             _ => names.iter().chain([name]).any(|name| asked.contains(name)),
         };
         let names = constants.iter().filter(is_asked).map(|(name, _)| name.clone()).collect();
-        let kept = Kept { robot, names };
+        let kept = KeptSymbols { robot, names };
         check_symbols(robot, asked, &kept.names, constants)?;
         Ok(kept)
     }
@@ -39,7 +39,7 @@ impl<'a> Kept<'a> {
         self.robot.symbols.iter().any(|s| s.generic && s.name == name)
     }
 
-    /// The symbols of a function with their values in the file.
+    /// A line with the values in the file of the function's symbols.
     pub(crate) fn line(&self, function: &Function) -> Option<String> {
         let value = |(_, name, x): (expr::Expr, String, f64)| match self.is_open(&name) {
             true => format!("{name} has no value"),

@@ -1,16 +1,16 @@
-//! Formulas as Python: a function each, which takes symbols of SymPy or numbers and returns matrices of SymPy.
+//! Formulas as Python: functions that take SymPy symbols or numbers and return SymPy matrices.
 
 use crate::listing::{ListedOutput, Term};
 use crate::print::{Grammar, PLAIN, comment};
-use crate::shown::Shown;
+use crate::shown::PrintedFunction;
 
 const GRAMMAR: Grammar = Grammar { power: ["**", ""], ..PLAIN };
 
-/// The file.
-pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
+/// The Python file of these functions.
+pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("#", head);
     text += "\nfrom sympy import Matrix, cos, sin, sqrt, symbols\n";
-    for Shown { name, doc, listing } in functions {
+    for PrintedFunction { name, doc, listing } in functions {
         let input = |(input, entries): &(String, Vec<String>)| format!("{input}={}", symbols(entries));
         let constant = |name: &String| format!("{name}=symbols(\"{name}\")");
         let arguments: Vec<String> =
@@ -34,7 +34,7 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     text
 }
 
-/// A tuple of symbols, as a default.
+/// A tuple of symbols, as a default argument.
 fn symbols(entries: &[String]) -> String {
     if entries.is_empty() { "()".into() } else { format!("symbols(\"{}\", seq=True)", entries.join(" ")) }
 }

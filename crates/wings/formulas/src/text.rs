@@ -1,12 +1,12 @@
-//! Formulas as plain text: an assignment a line, `#` before what is none.
+//! Formulas as plain text: one assignment a line; all other lines start with `#`.
 
 use crate::print::{PLAIN, comment, place};
-use crate::shown::Shown;
+use crate::shown::PrintedFunction;
 
-/// The file.
-pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
+/// The text file of these functions.
+pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("#", head);
-    for Shown { name, doc, listing } in functions {
+    for PrintedFunction { name, doc, listing } in functions {
         text += &format!("\n# {name}\n{}", comment("#", doc));
         for (input, entries) in &listing.inputs {
             text += &format!("# {input}: {}\n", entries.join(" "));

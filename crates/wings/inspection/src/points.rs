@@ -1,7 +1,7 @@
-//! Points in time that others made.
+//! Points in time from other programs.
 //!
-//! Read from `trajectory_msgs/JointTrajectory` in YAML or JSON, of ROS 1 or 2, alone or inside a `RobotTrajectory` or a
-//! `DisplayTrajectory` of MoveIt; or from a table.
+//! Read from `trajectory_msgs/JointTrajectory` in YAML or JSON, of ROS 1 or 2, alone or inside a MoveIt `RobotTrajectory` or
+//! `DisplayTrajectory`; or from a table.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 /// Reads a JointTrajectory.
 ///
-/// Fails where the text is none, or several.
+/// Fails where the text holds none, or several.
 pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError> {
     let fail = |what: String| LogError::at(file, 0, what);
     let expected = "expected is a trajectory_msgs/JointTrajectory (joint_names, points of positions, velocities, \
@@ -23,28 +23,28 @@ pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError
     trajectory.points().map_err(fail)
 }
 
-/// The points of a file that holds a table.
+/// The points of a file with a table.
 pub(crate) fn read_table(model: &Model, path: &Path) -> Result<PointTrajectory, Error> {
     points_of_table(model, &Table::read(path)?, &ColumnNames::default())
 }
 
-/// Points from a table: a clock, a position of each coordinate, and perhaps velocities and accelerations.
+/// Points from a table with a clock, a position of each coordinate, and perhaps velocities and accelerations.
 ///
-/// Fails where a column is missing or two claim one place, where a number is missing, and where time does not go on.
+/// Fails where a column or a number is missing, where two columns claim the same quantity, and where time does not increase.
 pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Result<PointTrajectory, Error> {
     let coordinates = model.regressor().coordinates();
     let slides: Vec<bool> = (0..coordinates.len()).map(|k| model.regressor().is_prismatic(k)).collect();
     let columns = Columns::of_motion(table, coordinates, names)?.with_sliding(&slides)?;
-    let series = |source: &logs::Source| -> Vec<f64> {
+    let series = |source: &logs::ColumnSource| -> Vec<f64> {
         table.columns[source.column].iter().map(|x| source.factor * x).collect()
     };
-    let of = |sources: &[logs::Source]| sources.iter().map(series).collect::<Vec<_>>();
+    let of = |sources: &[logs::ColumnSource]| sources.iter().map(series).collect::<Vec<_>>();
     let (velocities, accelerations) = (columns.velocity.as_deref().map(of), columns.acceleration.as_deref().map(of));
     PointTrajectory::new(coordinates.to_vec(), series(&columns.time), of(&columns.position), velocities, accelerations)
         .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
 }
 
-/// A file of ROS, whatever it holds around the trajectory.
+/// A ROS file, with any message around the trajectory.
 #[derive(Deserialize)]
 struct RosFile {
     #[serde(default)]
@@ -78,7 +78,7 @@ struct RosPoint {
     time_from_start: RosTime,
 }
 
-/// ROS 2, ROS 1, or seconds.
+/// The time of ROS 2, of ROS 1, or in seconds.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum RosTime {
@@ -98,7 +98,7 @@ impl RosTime {
 }
 
 impl RosFile {
-    /// The trajectory; of several none.
+    /// The trajectory; `None` where there are several.
     fn trajectory(self) -> Option<RosTrajectory> {
         let direct = self.joint_names.map(|joint_names| RosTrajectory { joint_names, points: self.points });
         let mut all: Vec<RosTrajectory> = direct.into_iter().chain(self.joint_trajectory).collect();
@@ -117,7 +117,7 @@ impl RosTrajectory {
             }
             Ok((0..n).map(|k| self.points.iter().map(|p| of(p)[k]).collect()).collect())
         };
-        // Either all points have them, or none.
+        // Either all points have the values, or none.
         let optional = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
             let is_without = self.points.iter().all(|p| of(p).is_empty());
             (!is_without).then(|| series(what, of)).transpose()

@@ -1,4 +1,4 @@
-//! What is asked of a look at a motion, and what this wing adds.
+//! The request for a forecast of an identification, and the additions of this wing.
 
 use rist::request::{FrictionChoice, Range, Request};
 use rist::wings::{PointReader, Wing, terms_without_torque};
@@ -6,7 +6,7 @@ use rist::{Error, FrictionTerm, LimitsFile};
 
 use crate::points::{points_of_ros, read_table};
 
-/// What this wing adds.
+/// The additions of this wing.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("visibility", VisibilityRequest::fields)],
@@ -32,7 +32,7 @@ rist::request! {
 impl VisibilityRequest {
     /// The columns of friction.
     ///
-    /// Fails where they are to be chosen by a log, or stand on a measured torque.
+    /// Fails where the request leaves the choice to a log, or where a term needs a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }

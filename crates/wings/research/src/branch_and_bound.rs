@@ -1,65 +1,65 @@
-//! The best plan of N experiments, proven: branch and bound over how often each candidate is run.
+//! The best plan of N experiments, proven: branch and bound over the number of runs of each candidate.
 //!
-//! A node is a set of bounds low <= x <= high. Its relaxed design ([`experiments::plan::relaxed_design`]) bounds what
-//! any plan within can reach. The tangent at that design settles some variables, whose bounds are tightened. Then the
-//! variable is split whose two sides lose the most by the second-order model. The nodes with the greatest bounds come
-//! next, some at a time on all processors, so that the bound of the whole falls. The search ends within a tolerance, or
-//! after so many nodes, with the gap that is left. [Ponte, Fampa, Lee 2023]
+//! A node is a set of bounds low <= x <= high. Its relaxed design ([`experiments::plan::relaxed_design`]) bounds the value of any
+//! plan within. The tangent at this design settles some variables: their bounds are tightened. Then the variable is split whose
+//! two sides lose the most by the second-order model. The nodes with the greatest bounds come next, several at a time on all
+//! processors, so that the bound of the whole falls. The search ends within a tolerance, or after a given number of nodes, with
+//! the remaining gap. [Ponte, Fampa, Lee 2023]
 //!
 //! The result keeps the proof ([`experiments::plan::plan_proof`]).
 //!
-//! Not here: the Gamma bound of the same paper, for N little above what full rank takes. Experiments of several rows have
-//! full rank with fewer runs than parameters, and the natural bound proves the plans of the RACE without it.
+//! Not here: the Gamma bound of the same paper, for N little above the number of runs for full rank. Experiments of several rows
+//! have full rank with fewer runs than parameters, and the natural bound proves the plans of the RACE without it.
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use numerics::interruption::Interruption;
 use processor::{in_order, threads};
 
-use crate::plan_node::{Choice, Look, Open, cuts};
+use crate::plan_node::{NodeBound, OpenNode, RemainingCandidates, cuts};
 use crate::proof_tree::{ProofTree, equal_candidates};
 use experiments::plan::exchange::{Criterion, scales, value_of};
-use experiments::plan::proof_search::{ProvenPlan, Work};
+use experiments::plan::proof_search::{ProvenPlan, SearchBudget};
 use experiments::plan::relaxed_design::{Bounds, Tangent, relaxed};
 
 /// Newton steps at the root.
 const MAX_ROOT_NEWTON_STEPS: usize = 60;
-/// Share of the tolerance. A relaxed design this near to the best one is not improved further.
+/// Share of the tolerance: a relaxed design this near to the best one is not improved further.
 const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
-/// Nodes looked at between two changes of the tree, however many processors there are.
+/// Nodes evaluated between two changes of the tree, whatever the number of processors.
 const NODES_PER_BATCH: usize = 16;
 
 /// The state of a search.
 struct TreeSearch {
-    choice: Choice,
+    choice: RemainingCandidates,
     best: (f64, Vec<usize>),
     /// Tolerance of log det F.
     tolerance: f64,
     proof: ProofTree,
-    open: BinaryHeap<Open>,
-    /// The greatest bound of the leaves that are done with.
+    open: BinaryHeap<OpenNode>,
+    /// The greatest bound of the closed leaves.
     closed: f64,
 }
 
-/// The best plan found of as many experiments as `chosen`, and what no such plan exceeds.
+/// The best plan found with the number of experiments of `chosen`, and a bound that no such plan exceeds.
 ///
-/// `None` where the candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven
-/// until then.
-pub(crate) fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
-    let p = blocks.first().map_or(0, Rows::width);
+/// `None` where the candidates together have not full rank, or nothing is chosen. Interrupted, it returns the bound that is
+/// proven until then.
+pub(crate) fn branch_and_bound(blocks: &[WeightedRows], chosen: &[usize], work: &SearchBudget) -> Option<ProvenPlan> {
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
-    let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
+    let blocks: Vec<WeightedRows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
     let mut search = TreeSearch::at_root(&blocks, chosen, work.tolerance * p as f64)?;
-    let mut looked_at = 0;
-    while looked_at < work.nodes && Interruption::check().is_ok() {
-        let batch = search.next(NODES_PER_BATCH.min(work.nodes - looked_at));
+    let mut evaluated = 0;
+    while evaluated < work.nodes && Interruption::check().is_ok() {
+        let batch = search.next(NODES_PER_BATCH.min(work.nodes - evaluated));
         if batch.is_empty() {
             break;
         }
-        looked_at += batch.len();
+        evaluated += batch.len();
         search.step(batch);
     }
     let open = search.open.iter().map(|o| o.bound);
@@ -71,25 +71,25 @@ pub(crate) fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -
 }
 
 impl TreeSearch {
-    /// The search at its root. Equal candidates count as one, and those that no good plan runs are left out.
-    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
-        // What is to be beaten: the given plan, by more than the tolerance.
+    /// The search at its root. Equal candidates count as one; candidates that no good plan runs are left out.
+    fn at_root(blocks: &[WeightedRows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
+        // A plan is better if it beats the given plan by more than the tolerance.
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
         // Equal candidates are one variable, which may be run up to N times.
         let equal = equal_candidates(blocks);
         let is_kept = |i: &usize| equal.binary_search_by_key(i, |e| e.0).is_err();
-        let all = Choice::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
+        let all = RemainingCandidates::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
-        // The relaxed design bounds every plan, and its tangent tells which candidates no good plan runs.
+        // The relaxed design bounds every plan, and its tangent shows which candidates no good plan runs.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
-        // Those leave the problem; the proof keeps a split for each.
+        // These candidates leave the problem; the proof keeps a split for each.
         for cut in cuts(&root.tangent, &bounds, known, count) {
             if cut.keeps_below && cut.at_most == 0 {
                 node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
@@ -97,9 +97,9 @@ impl TreeSearch {
                 closed = known;
             }
         }
-        // The root node of what is left, with design and tangent of the relaxed one.
+        // The root node of the remaining candidates, with design and tangent of the relaxed design.
         let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
-        let first = Open {
+        let first = OpenNode {
             bound: root.bound,
             node,
             bounds: Bounds { low: vec![0; left.len()], high: vec![count; left.len()] },
@@ -107,17 +107,17 @@ impl TreeSearch {
             tangent: Arc::new(Tangent { constant: root.tangent.constant, gain: of(&root.tangent.gain) }),
             x: Arc::new(of(&root.x)),
         };
-        let choice = Choice::of(blocks, left.iter().map(|&i| all.index[i]).collect(), count);
+        let choice = RemainingCandidates::of(blocks, left.iter().map(|&i| all.index[i]).collect(), count);
         Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
-    /// A bound that ends the work at a node.
+    /// The bound at which a node is closed.
     fn known(&self) -> f64 {
         self.best.0 + self.tolerance
     }
 
-    /// The nodes with the greatest bounds, of those that are above what is known.
-    fn next(&mut self, most: usize) -> Vec<Open> {
+    /// The nodes with the greatest bounds, at most `most`, above the known value.
+    fn next(&mut self, most: usize) -> Vec<OpenNode> {
         let known = self.known();
         let mut batch = Vec::new();
         while batch.len() < most && self.open.peek().is_some_and(|o| o.bound > known) {
@@ -126,11 +126,11 @@ impl TreeSearch {
         batch
     }
 
-    /// Looks at nodes and puts what is found into the tree.
-    fn step(&mut self, batch: Vec<Open>) {
+    /// Evaluates nodes and adds the results to the tree.
+    fn step(&mut self, batch: Vec<OpenNode>) {
         let known = self.known();
         let mut looks = Vec::new();
-        let look = |_, open: &Open| self.choice.look(open, known, ASCENT_TOLERANCE_SHARE * self.tolerance);
+        let look = |_, open: &OpenNode| self.choice.look(open, known, ASCENT_TOLERANCE_SHARE * self.tolerance);
         let done: Result<(), std::convert::Infallible> = in_order(&batch, threads(), look, |_, look| {
             looks.push(look);
             Ok(())
@@ -141,8 +141,8 @@ impl TreeSearch {
         }
     }
 
-    /// Puts what was found at a node into the tree; `known`: the bound by which its cuts were made.
-    fn take(&mut self, mut open: Open, look: Look, known: f64) {
+    /// Adds the result at a node to the tree; `known`: the bound of its cuts.
+    fn take(&mut self, mut open: OpenNode, look: NodeBound, known: f64) {
         if let Some(plan) = look.plan.filter(|plan| plan.0 > self.best.0) {
             self.best = plan;
         }
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
     use crate::test_arm::test_plans::random_blocks;
 
-    /// From the worst beginning it ends at the best of all plans, and proves it.
+    /// From the worst start it ends at the best of all plans, and proves it.
     #[test]
     fn the_best_of_all_small_plans_is_proven() {
         for seed in 1..6 {
@@ -190,20 +190,20 @@ mod tests {
             }
             let best = all.iter().map(|a| a.0).fold(f64::NEG_INFINITY, f64::max);
             let worst = all.iter().filter(|a| a.0.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-            let work = Work { nodes: 5000, tolerance: 1e-7 };
+            let work = SearchBudget { nodes: 5000, tolerance: 1e-7 };
             let found = branch_and_bound(&blocks, &worst.1, &work).unwrap();
-            // The tolerance, a parameter.
+            // The tolerance is per parameter.
             assert!((found.value - best).abs() < 1e-6, "{seed}: {} {best}", found.value);
             assert!(found.proof.log_det_at_most >= best - 1e-9 && found.proof.log_det_at_most < best + 1e-6);
-            // Scaled columns and their scale, against the columns as they are: rounding.
+            // Scaled columns with their scale against unscaled columns: rounding.
             let again = value_of(&blocks, &found.chosen, Criterion::Determinant);
             assert!((found.value - again).abs() < 1e-12, "{} {again}", found.value);
-            // With hardly any work the bound holds, and is not below.
-            let short = branch_and_bound(&blocks, &worst.1, &Work { nodes: 2, tolerance: 1e-7 }).unwrap();
+            // With hardly any work the bound still holds: it is not below the best value.
+            let short = branch_and_bound(&blocks, &worst.1, &SearchBudget { nodes: 2, tolerance: 1e-7 }).unwrap();
             assert!(short.proof.log_det_at_most >= best, "{short:?}");
         }
         // At most nine rows.
         let flat = random_blocks(3, 10, 1);
-        assert!(branch_and_bound(&flat, &[0, 1, 2], &Work { nodes: 10, tolerance: 1e-3 }).is_none());
+        assert!(branch_and_bound(&flat, &[0, 1, 2], &SearchBudget { nodes: 10, tolerance: 1e-3 }).is_none());
     }
 }

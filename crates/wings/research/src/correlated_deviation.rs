@@ -1,20 +1,22 @@
-//! Variances of sums whose terms stay the same for a while.
+//! Variances of sums with terms that are correlated over time.
 //!
 //! With scores h_r correlated over time, the variance of each parameter is
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
-//! The Bartlett weights are those of overlapping sums, so the variance is also
+//! The Bartlett weights are the weights of overlapping sums, so the variance is also
 //!   var x = 1/L sum_k S_k^2,  S_k = sum of L successive h_r,
-//! which needs L vectors at a time. L follows the rule for a first-order process with the correlation of the residuals,
+//! which needs only L vectors in memory. L follows the rule for a first-order process with the correlation of the residuals,
 //!   L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
 //! with rho the largest correlation among the joints. L is at most a tenth of the record.
 //!
-//! Not here: errors that come back with the state of the robot (`replicate_deviation`).
+//! Not here: errors that depend on the state of the robot (`replicate_deviation`).
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Longest span, in samples. It bounds the memory.
+/// Longest span, in samples, to bound the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
+/// The factor of the rule of [Andrews 1991] for Bartlett weights.
+const ANDREWS_FACTOR: f64 = 1.1447;
 
 /// The squares of the sums of `span` successive scores.
 pub(crate) struct OverlappingSums {
@@ -29,7 +31,7 @@ impl OverlappingSums {
         OverlappingSums { ring: vec![vec![0.0; p]; span], sum: vec![0.0; p], variance: vec![0.0; p], at: 0 }
     }
 
-    /// Takes the next h_r.
+    /// Adds the next h_r.
     pub(crate) fn add(&mut self, h: &[f64]) {
         let span = self.ring.len();
         let slot = &mut self.ring[self.at % span];
@@ -41,7 +43,7 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// One variance per parameter; the last sums reach beyond the end of the record.
+    /// One variance per parameter; the last sums extend beyond the end of the record.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
@@ -86,10 +88,10 @@ pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // With n samples a larger correlation could not be told from one.
+    // With n samples a larger correlation is not distinguishable from 1.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
-    let length = 1.1447 * (alpha * n as f64).cbrt();
+    let length = ANDREWS_FACTOR * (alpha * n as f64).cbrt();
     (length.ceil() as usize).clamp(1, (n / 10).clamp(1, MAX_SPAN_SAMPLES))
 }
 
@@ -99,8 +101,8 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// The sum of noise that keeps 0.9 of itself from sample to sample has the variance of 19 white ones. Bartlett
-    /// weights stay below that.
+    /// The sum of noise with a correlation of 0.9 from sample to sample has the variance of 19 white noises. Bartlett weights
+    /// give less than that.
     #[test]
     fn correlated_noise_is_not_taken_for_white() {
         let arm = Pendulum::new();

@@ -1,14 +1,14 @@
 //! Identifies parameters from the logs of a plan by simulation of its experiments: IDIM-IV and DIDIM.
 //!
-//! The simulated controller is that of [`simulate`](rist::simulate): PD of 10 Hz, tuned to the robot that least
-//! squares finds. IV requires only that it follows the plan as the robot does. DIDIM requires that the loops are alike.
+//! The simulated controller is the controller of [`simulate`](rist::simulate): PD of 10 Hz, tuned to the estimate of least
+//! squares. IV only requires that it follows the plan as the robot does. DIDIM requires that both loops are equal.
 
 use crate::loop_estimate::identify_closed_loop;
 use crate::simulated_loop::{ClosedLoop, Simulator};
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::closed_loop::Stop;
-use experiments::simulate::setup::{Asked, SimulationSetup};
+use experiments::simulate::setup::{SimulatedMotion, SimulationSetup};
 use identification::estimate::identify::Fit;
 use identification::signals::preparation::{Preparation, states};
 use linear_model::friction::law::FrictionLaw;
@@ -20,13 +20,13 @@ use rist::Error;
 use rist::ExperimentLogs;
 use rist::Model;
 use rist::request::{ClosedLoopRequest, Method, Request};
-use rist::wings::Reader;
+use rist::wings::ExperimentReader;
 use rist::wings::dynamics as dynamics_of;
 
-/// Identifies the base parameters and the friction from the experiments of a plan, which are simulated again and again.
+/// Identifies the base parameters and the friction from the experiments of a plan, which are simulated in each iteration.
 ///
-/// Fails where a log is missing or is not that of its experiment, where a gain of currents is not known, where another
-/// friction is asked for, where a simulation breaks down and where the motion leaves parameters open.
+/// Fails where a log is missing or does not belong to its experiment, where a gain of currents is unknown, where another friction
+/// model is requested, where a simulation diverges, and where the motion leaves parameters undetermined.
 pub fn identify_in_loop(
     model: &Model,
     logs: ExperimentLogs,
@@ -40,7 +40,7 @@ pub fn identify_in_loop(
     request.check()?;
     let mut options = request.options()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
-    let mut read = Reader { model, columns: &options.columns, currents: false, files: Vec::new() };
+    let mut read = ExperimentReader { model, columns: &options.columns, currents: false, files: Vec::new() };
     let mut records: Vec<Record> = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         records.push(read.record(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
@@ -67,7 +67,7 @@ pub fn identify_in_loop(
     let base = model.regressor().parameters().len();
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
     setup.drives.gain.fill(1.0);
-    // Instruments must be free of noise, and so of the rounding of positions in the loop.
+    // Instruments must be free of noise, so positions in the loop are not quantised.
     setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
@@ -97,8 +97,8 @@ impl Simulator for PlanInLoop<'_> {
         let law = |f: &[f64]| FrictionLaw::asymmetric(f[0], f[1] + f[2], f[0], f[2] - f[1]);
         setup.friction = friction.chunks_exact(FrictionTerm::STANDARD.len()).map(law).collect();
         let mut found = Vec::new();
-        let asked = |reference| Asked { reference, feedforward: None, noise: None };
-        let asked: Vec<Asked> = self.references.iter().map(asked).collect();
+        let asked = |reference| SimulatedMotion { reference, feedforward: None, noise: None };
+        let asked: Vec<SimulatedMotion> = self.references.iter().map(asked).collect();
         for (record, stop) in setup.records(dynamics.as_ref(), &asked) {
             if let Stop::NotPhysical { time } = stop {
                 return Err(logs::Error::new(format!(
@@ -113,7 +113,7 @@ impl Simulator for PlanInLoop<'_> {
     }
 }
 
-/// N m per unit of the logs, one per coordinate: all must be known.
+/// N m per unit of the logs, one per coordinate; fails where one is unknown.
 fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f64>, Error> {
     let coordinates = model.regressor().coordinates();
     if !currents {

@@ -1,7 +1,7 @@
-//! Wing: what papers compare with.
+//! Wing: methods that papers compare with.
 //!
-//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`); and the best plan of experiments by branch
-//! and bound, with a proof that is found again from the plan's file (`branch_and_bound`, `proof_again`).
+//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`); and the best plan of experiments by
+//! branch and bound, with a proof that is verified from the plan's file (`branch_and_bound`, `proof_again`).
 //!
 //! What the core promises this wing: `rist::wings` asks for a method that simulates, and for a search of plans;
 //! `experiments::plan` bounds plans by relaxed designs and keeps a proof in the file; `experiments::simulate` runs a loop.
@@ -25,7 +25,7 @@ pub use experiments_in_loop::identify_in_loop;
 pub use loop_estimate::identify_closed_loop;
 pub use simulated_loop::{ClosedLoop, Simulated, Simulator, simulated};
 
-/// What this wing adds.
+/// The additions of this wing.
 pub fn wing() -> Wing {
     Wing {
         in_loop: Some(Ok(identify_in_loop)),

@@ -1,7 +1,7 @@
-//! From the states of experiments and a simulator of their loop to an estimate: IDIM-IV and DIDIM.
+//! IDIM-IV and DIDIM: from the states of experiments and a simulator of their loop to an estimate.
 //!
-//! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and
-//! their deviations are those of `estimators::closed_loop`.
+//! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and their
+//! standard deviations come from [`simulated`].
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -16,7 +16,7 @@ use identification::estimate::options::Options;
 
 /// Identifies from measured states; the simulator gives the states of all experiments, joined in the same order.
 ///
-/// Fails where the rows are empty, where the simulator does, and where the motion leaves parameters open.
+/// Fails where the rows are empty, where the simulator fails, and where the motion leaves parameters undetermined.
 pub fn identify_closed_loop(
     regressor: &dyn Regressor,
     measured: &[States],
@@ -35,23 +35,23 @@ pub fn identify_closed_loop(
         let deviations = Deviations { sigma: found.robust[c].max(found.sigma[c]), white: Some(found.sigma[c]), weak };
         *parameter = Identified::new(id, unit, found.x[c], deviations);
     }
-    let left = residuals(&model, &fit.observation.joints(|_| true), &found.x);
-    for (joint, new) in estimate.joints.iter_mut().zip(left.joints) {
+    let errors = residuals(&model, &fit.observation.joints(|_| true), &found.x);
+    for (joint, new) in estimate.joints.iter_mut().zip(errors.joints) {
         (joint.rms, joint.relative) = (new.rms, new.relative);
     }
-    estimate.total = Some(left.total);
+    estimate.total = Some(errors.total);
     estimate.method = match method {
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
     };
-    // The covariance, the directions and the held-out errors are those of least squares.
+    // The covariance, the directions and the held-out errors belong to least squares.
     estimate.covariance.clear();
     estimate.directions.clear();
     estimate.tenths.clear();
     estimate.cross_validation = None;
     estimate.joints.iter_mut().for_each(|joint| joint.held_out = None);
     estimate.settled = Some(found.converged);
-    // In simulations with the controllers of others, 33 to 75 of a hundred such intervals held the truth.
+    // In simulations with other controllers, 33 to 75 of a hundred such intervals contained the true value.
     estimate
         .doubts
         .push("the intervals of this method are too narrow: they know no error of the loop that was simulated".into());

@@ -1,12 +1,12 @@
-//! A node of the branch and bound over plans, and what is found there.
+//! A node of the branch and bound over plans, and its evaluation.
 //!
-//! The relaxed design of a node gives its bound. The tangent at that design settles how often some candidates are run,
-//! and one of the others is split.
+//! The relaxed design of a node gives its bound. The tangent at this design settles the number of runs of some candidates, and
+//! one of the others is split.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 
 use experiments::plan::certificate::determinant_bound;
 use experiments::plan::exchange::{Criterion, value_of};
@@ -16,58 +16,64 @@ use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 const MULTIPLICATIVE_STEPS: usize = 300;
 /// Runs of a candidate below which it is dropped after these steps.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
-/// Newton steps, which begin where those of the node above ended.
+/// Newton steps; they start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Moves of the model's ascent that tells what a split loses.
+/// Moves in the ascent of the model that gives the loss of a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
 /// Runs nearer than this to a whole number count as whole.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
+/// Tolerance of the multiplicative rule, in log det F.
+const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
+/// Runs above which a cut is not used.
+const MAX_CUT_RUNS: f64 = 1e6;
+/// Least loss of a side of a split, over the slack of the node.
+const LEAST_LOSS_SHARE: f64 = 1e-6;
 
-/// A node still to be looked at.
-pub(crate) struct Open {
+/// A node that is not evaluated yet.
+pub(crate) struct OpenNode {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// The tangent that bounds it so far, and the index of its design.
+    /// The tangent with its least bound so far, and the index of its design.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
-    /// Where an ascent begins.
+    /// The start of an ascent.
     pub(crate) x: Arc<Vec<f64>>,
 }
 
-impl PartialEq for Open {
-    fn eq(&self, other: &Open) -> bool {
+impl PartialEq for OpenNode {
+    fn eq(&self, other: &OpenNode) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Open {}
+impl Eq for OpenNode {}
 
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
+impl PartialOrd for OpenNode {
+    fn partial_cmp(&self, other: &OpenNode) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Open {
-    /// The greatest bound first, of equals the oldest.
-    fn cmp(&self, other: &Open) -> Ordering {
+impl Ord for OpenNode {
+    /// The greatest bound first; among equal bounds the oldest node.
+    fn cmp(&self, other: &OpenNode) -> Ordering {
         self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
     }
 }
 
-/// The candidates that plans still choose from.
-pub(crate) struct Choice {
-    pub(crate) blocks: Vec<Rows>,
+/// The candidates that plans may still choose.
+pub(crate) struct RemainingCandidates {
+    pub(crate) blocks: Vec<WeightedRows>,
     /// Index of each among all candidates.
     pub(crate) index: Vec<usize>,
     /// Number of experiments of a plan.
     pub(crate) count: usize,
 }
 
-/// Plans that the tangent shows to be no better than what is known.
+/// Plans that the tangent shows to be no better than the known value.
 ///
-/// They run a candidate more than `at_most` times where `keeps_below`, and else at most so often.
+/// They run a candidate more than `at_most` times where `keeps_below`, otherwise at most `at_most` times.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
     pub(crate) candidate: usize,
@@ -75,53 +81,53 @@ pub(crate) struct Cut {
     pub(crate) keeps_below: bool,
 }
 
-/// What is found at a node.
-pub(crate) struct Look {
-    /// The bound and, where it is better than that of the node above, its tangent and design.
+/// The evaluation of a node.
+pub(crate) struct NodeBound {
+    /// The bound and, where it is better than the parent's bound, its tangent and design.
     pub(crate) bound: f64,
     pub(crate) better: Option<(Tangent, Vec<f64>)>,
     pub(crate) plan: Option<(f64, Vec<usize>)>,
     pub(crate) cuts: Vec<Cut>,
-    /// After the cuts.
+    /// The bounds after the cuts.
     pub(crate) bounds: Bounds,
     pub(crate) split: Option<(usize, usize)>,
 }
 
-impl Open {
-    /// The node split into its plans with at most `at_most` runs of a candidate, and those with more.
-    pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [Open; 2] {
+impl OpenNode {
+    /// The node split into its plans with at most `at_most` runs of a candidate, and its plans with more.
+    pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [OpenNode; 2] {
         let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
         below.high[candidate] = at_most;
         above.low[candidate] = at_most + 1;
         let half = |node, bounds: Bounds| {
             let (bound, _) = self.tangent.bound(&bounds, count);
-            Open { bound, node, bounds, design: self.design, tangent: self.tangent.clone(), x: self.x.clone() }
+            OpenNode { bound, node, bounds, design: self.design, tangent: self.tangent.clone(), x: self.x.clone() }
         };
         [half(nodes[0], below), half(nodes[1], above)]
     }
 }
 
-impl Choice {
-    pub(crate) fn of(blocks: &[Rows], index: Vec<usize>, count: usize) -> Choice {
-        Choice { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
+impl RemainingCandidates {
+    pub(crate) fn of(blocks: &[WeightedRows], index: Vec<usize>, count: usize) -> RemainingCandidates {
+        RemainingCandidates { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
     }
 
     /// Nearly the best design without bounds, without the candidates that it hardly runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
-        let weights = determinant_bound(&self.blocks, 1e-2, MULTIPLICATIVE_STEPS).weights;
+        let weights = determinant_bound(&self.blocks, MULTIPLICATIVE_TOLERANCE, MULTIPLICATIVE_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
         runs.into_iter().map(|x| if x < SMALLEST_KEPT_RUNS { 0.0 } else { x }).collect()
     }
 
-    /// A design as a proof keeps it: the candidates above zero.
+    /// A design as the proof stores it: the candidates above zero.
     pub(crate) fn design(&self, x: &[f64]) -> Vec<(usize, f64)> {
         self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
     }
 
-    /// Looks at a node, which a bound of log det F up to `known` settles.
-    pub(crate) fn look(&self, open: &Open, known: f64, ascent: f64) -> Look {
+    /// Evaluates a node; a bound of log det F up to `known` settles it.
+    pub(crate) fn look(&self, open: &OpenNode, known: f64, ascent: f64) -> NodeBound {
         let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), MAX_NEWTON_STEPS);
-        let mut look = Look {
+        let mut look = NodeBound {
             bound: open.bound,
             better: None,
             plan: None,
@@ -133,7 +139,7 @@ impl Choice {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The tangent above may be the better one here.
+        // The parent's tangent may be the better one here.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {
@@ -147,18 +153,18 @@ impl Choice {
     }
 }
 
-/// The cuts by which the tangent leaves out plans that are no better than `known`.
+/// The cuts by which the tangent excludes plans that are no better than `known`.
 pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
     let (bound, price) = tangent.bound(bounds, count);
     let slack = bound - known;
     let of = |i: usize| {
-        let worth = tangent.gain[i] - price;
-        // So many runs away from the bound that its worth favours, the tangent is not yet below what is known.
-        let steps = (slack / worth.abs()).floor();
-        let reach = if steps.is_finite() && steps < 1e6 { steps.max(0.0) as usize } else { return None };
+        let net_gain = tangent.gain[i] - price;
+        // At this number of runs away from the bound that net_gain favours, the tangent reaches the known value.
+        let steps = (slack / net_gain.abs()).floor();
+        let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);
         let (at_most, keeps_below) =
-            if worth < 0.0 { (low + reach, true) } else { (high.checked_sub(reach + 1)?, false) };
+            if net_gain < 0.0 { (low + runs, true) } else { (high.checked_sub(runs + 1)?, false) };
         ((low..high).contains(&at_most)).then_some(Cut { candidate: i, at_most, keeps_below })
     };
     (0..bounds.low.len()).filter_map(of).collect()
@@ -166,8 +172,8 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
 
 /// The candidate to split and its largest number of runs on the lower side.
 ///
-/// Of the candidates with a fraction of runs it is the one whose two sides lose the most by the model. A side counts up
-/// to the loss that closes it. Without a fraction it is the first candidate that can vary.
+/// Of the candidates with a fractional number of runs, it is the one whose two sides lose the most by the model; a side counts up
+/// to the loss that closes it. Without such a candidate it is the first that can vary.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
@@ -178,7 +184,7 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
         let room = bounds.room(x);
         let side = |by: f64| found.model.loss(&room, i, by, MAX_SPLIT_LOSS_MOVES).min(slack);
         let (below, above) = (side(at_most(i) as f64 - x[i]), side((at_most(i) + 1) as f64 - x[i]));
-        below.max(1e-6 * slack) * above.max(1e-6 * slack)
+        below.max(LEAST_LOSS_SHARE * slack) * above.max(LEAST_LOSS_SHARE * slack)
     };
     let scored = varies.into_iter().map(|i| (i, score(i)));
     let (candidate, _) = scored.reduce(|a, b| if b.1 > a.1 { b } else { a })?;

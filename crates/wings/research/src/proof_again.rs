@@ -1,12 +1,12 @@
-//! What the proof in a plan's file is worth: its bound, found again from the description and the file's candidates.
+//! Verifies the proof in a plan's file: its bound is computed again from the description and the file's candidates.
 //!
-//! Rows of every candidate are made from its motion, each leaf of the tree bounds the plans between its splits by the tangent
-//! at its design ([`experiments::plan::relaxed_design`]), and the plan itself is the candidates that its experiments name. Nothing
-//! that the file says of its own quality is used.
+//! The rows of every candidate are computed from its motion; each leaf of the tree bounds the plans between its splits by the
+//! tangent at its design ([`experiments::plan::relaxed_design`]); and the plan itself consists of the candidates that its
+//! experiments name. Statements of the file about its own quality are not used.
 
 use linear_model::regressor::Regressor;
 use logs::Error;
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{InformationMatrix, WeightedRows};
 use numerics::interruption::Interruption;
 use processor::{in_order, threads};
 
@@ -18,14 +18,14 @@ use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use experiments::plan::planned_experiment::{CandidateMotion, PlannedExperiment};
 use experiments::plan::relaxed_design::{Bounds, Tangent, tangent};
 
-/// Share of the trace by which the information of candidates that count as one may differ.
+/// Share of the trace by which the information of equal candidates may differ.
 const EQUAL_SHARE: f64 = 1e-9;
 
-/// The least D-efficiency of the plan that its proof leaves, in [0, 1]; `None` where it has no proof, or one of an earlier
-/// version, which does not write its candidates out.
+/// The D-efficiency of the plan that its proof guarantees, in [0, 1]; `None` where it has no proof, or a proof of an earlier
+/// version, which does not list its candidates.
 ///
-/// Fails where the proof proves nothing: a candidate is no motion, an experiment is not the candidate that it names, or the
-/// tree is none.
+/// Fails where the proof is invalid: a candidate is no motion, an experiment differs from the candidate that it names, or the
+/// tree is malformed.
 pub(crate) fn efficiency_again(
     plan: &ExperimentPlan,
     regressor: &dyn Regressor,
@@ -48,9 +48,9 @@ pub(crate) fn efficiency_again(
         blocks.push(rows);
         Ok::<(), Error>(())
     })?;
-    let p = blocks.first().map_or(0, Rows::width);
+    let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
-    let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
+    let blocks: Vec<WeightedRows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
     let bound = bound(proof, &blocks, chosen.len()).map_err(fail)?;
     let value = value_of(&blocks, &chosen, Criterion::Determinant);
     Ok(Some(((value - bound.max(value)) / p.max(1) as f64).exp()))
@@ -61,7 +61,7 @@ fn experiment(candidate: &CandidateMotion) -> PlannedExperiment {
     PlannedExperiment { kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// The candidates that the experiments are.
+/// The indices of the candidates that the experiments name.
 fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String> {
     let one = |e: &PlannedExperiment| {
         let index = e.candidate.ok_or(format!("experiment {} names no candidate", e.name))?;
@@ -81,8 +81,8 @@ fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String
     plan.experiments.iter().map(one).collect()
 }
 
-/// The greatest log det F that the leaves leave open.
-fn bound(proof: &PlanProof, blocks: &[Rows], count: usize) -> Result<f64, String> {
+/// The greatest bound of log det F among the leaves.
+fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64, String> {
     let mut high = vec![count; blocks.len()];
     check_equal(proof, blocks)?;
     proof.equal.iter().for_each(|(left_out, _)| high[*left_out] = 0);
@@ -90,6 +90,7 @@ fn bound(proof: &PlanProof, blocks: &[Rows], count: usize) -> Result<f64, String
     let mut worst = f64::NEG_INFINITY;
     let mut left = vec![(0, Bounds { low: vec![0; blocks.len()], high })];
     let mut is_seen = vec![false; proof.tree.len()];
+    // walks the tree from its root with the bounds of the splits above each node
     while let Some((node, bounds)) = left.pop() {
         let of_node = proof.tree.get(node).filter(|_| !is_seen[node]);
         let node_found = of_node.ok_or(format!("node {node} is none of the tree, or stands in it twice"))?;
@@ -105,12 +106,13 @@ fn bound(proof: &PlanProof, blocks: &[Rows], count: usize) -> Result<f64, String
                 left.extend([(below, fewer), (above, more)]);
             }
             ProofNode::Leaf { design } => {
-                // No plan is between bounds that cross.
+                // No plan is between crossed bounds.
                 if bounds.low.iter().zip(&bounds.high).any(|(low, high)| low > high) {
                     continue;
                 }
                 let known = tangents.get_mut(design).ok_or(format!("there is no design {design}"))?;
                 if known.is_none() {
+                    // a design is used by several leaves, so its tangent is computed once
                     *known = Some(tangent_of(&proof.designs[design], blocks)?);
                 }
                 let bound = known.as_ref().map_or(f64::INFINITY, |tangent| tangent.bound(&bounds, count).0);
@@ -122,7 +124,7 @@ fn bound(proof: &PlanProof, blocks: &[Rows], count: usize) -> Result<f64, String
 }
 
 /// The tangent at a design of a file.
-fn tangent_of(design: &[(usize, f64)], blocks: &[Rows]) -> Result<Tangent, String> {
+fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangent, String> {
     let mut x = vec![0.0; blocks.len()];
     for &(i, share) in design {
         match x.get_mut(i).filter(|_| share.is_finite() && share >= 0.0) {
@@ -133,13 +135,13 @@ fn tangent_of(design: &[(usize, f64)], blocks: &[Rows]) -> Result<Tangent, Strin
     tangent(blocks, &x).ok_or("a design has not full rank".into())
 }
 
-/// Fails where a candidate that another stands for has other information than it, or stands for others itself.
-fn check_equal(proof: &PlanProof, blocks: &[Rows]) -> Result<(), String> {
+/// Fails where a candidate that stands for another one differs in information, or is itself replaced by a third one.
+fn check_equal(proof: &PlanProof, blocks: &[WeightedRows]) -> Result<(), String> {
     for &(left_out, kept) in &proof.equal {
         let (Some(a), Some(b)) = (blocks.get(left_out), blocks.get(kept)) else {
             return Err(format!("there is no candidate {left_out} or {kept}"));
         };
-        let square = |rows: &Rows| InformationMatrix::sum(rows.width(), 0.0, [(rows, 1.0)]);
+        let square = |rows: &WeightedRows| InformationMatrix::sum(rows.width(), 0.0, [(rows, 1.0)]);
         let (a, b) = (square(a), square(b));
         let p = blocks[left_out].width();
         let is_equal = (0..p).all(|i| (0..=i).all(|j| (a.at(i, j) - b.at(i, j)).abs() <= EQUAL_SHARE * a.trace()));
@@ -156,24 +158,24 @@ mod tests {
     use crate::test_arm::Pendulum;
     use crate::test_arm::test_plans::{grid, limits};
     use experiments::plan::candidates::candidates;
-    use experiments::plan::exchange::{Choice, Search};
+    use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// What a proof is worth is found again, and a change that would make it better is found out.
+    /// The efficiency of a proof is computed again, and a change that would make it better is detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
-        let search = Search { starts: 2, nodes: 200, ..Search::default() };
-        let choice = Choice { count: 4, criterion: Criterion::Determinant, search };
+        let search = SearchEffort { starts: 2, nodes: 200, ..SearchEffort::default() };
+        let choice = ExchangeSettings { count: 4, criterion: Criterion::Determinant, search };
         let found = candidates(&grid(), &limits()[..1], &arm, &noise);
         let plan = ExperimentPlan::choose(model, &arm, &found, &noise, &choice, &|_, _, _| ());
         let text = plan.to_yaml().unwrap();
         let plan = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         let again = |plan: &ExperimentPlan| efficiency_again(plan, &arm, "plan.yaml");
         let efficiency = again(&plan).unwrap().unwrap();
-        // The leaves may prove more than the search, which stops within its tolerance, claims.
+        // The leaves may prove more than the search claims, since it stops within its tolerance.
         let said = plan.d_efficiency_at_least;
         assert!(efficiency >= said - 1e-9 && efficiency <= 1.0, "{efficiency} {said}");
         let mut worse = plan.clone();

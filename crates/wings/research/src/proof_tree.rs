@@ -1,17 +1,17 @@
-//! The proof of a bound for all plans while it grows: a tree of splits whose leaves name a design.
+//! The proof of a bound for all plans while it grows: a tree of splits with a design at each leaf.
 
 use experiments::plan::plan_proof::{PlanProof, ProofNode};
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
 /// The tree of a proof.
 pub(crate) struct ProofTree(PlanProof);
 
-/// Share of the trace of F_i by which equal candidates differ at most: the rounding of equal rows, a thousandfold.
+/// Share of the trace of F_i by which equal candidates may differ: a thousand times the rounding of equal rows.
 const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
-/// Which candidates have the same information as an earlier one, and the first of those.
-pub(crate) fn equal_candidates(blocks: &[Rows]) -> Vec<(usize, usize)> {
-    let of = |b: &Rows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
+/// The candidates with the information of an earlier candidate, each with the first such candidate.
+pub(crate) fn equal_candidates(blocks: &[WeightedRows]) -> Vec<(usize, usize)> {
+    let of = |b: &WeightedRows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
     let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
     let is_equal = |a: &InformationMatrix, b: &InformationMatrix, p: usize| {
         let least = EQUAL_CANDIDATES_SHARE * a.trace();
@@ -34,7 +34,7 @@ impl ProofTree {
         ProofTree(PlanProof { log_det_at_most: f64::INFINITY, candidates: vec![], equal, designs: vec![design], tree })
     }
 
-    /// Gives a leaf another design.
+    /// Gives a leaf another design; returns the design's index.
     pub(crate) fn set_design(&mut self, node: usize, design: Vec<(usize, f64)>) -> usize {
         let index = self.0.designs.len();
         self.0.designs.push(design);
@@ -51,7 +51,7 @@ impl ProofTree {
         [below, above]
     }
 
-    /// The proof of a bound of log det F, without the designs that no leaf names any more.
+    /// The proof of a bound of log det F, without the designs that no leaf uses any more.
     pub(crate) fn bounded(self, log_det_at_most: f64) -> PlanProof {
         let mut proof = self.0;
         let mut is_used = vec![false; proof.designs.len()];

@@ -1,19 +1,18 @@
 //! Estimators that simulate: instrumental variables and direct and inverse dynamic identification.
 //!
-//! Both simulate the robot with the current X under the controller and the reference of the
-//! experiment; the simulated states hold no measurement noise.
+//! Both simulate the robot with the current X under the controller and the reference of the experiment; the simulated states hold
+//! no measurement noise.
 //! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured ones. It is
 //!   unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states. It needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
-//! The standard deviations for white noise come from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For other noise the scores Z_r' e_r
-//! are summed over the span of `correlated_deviation`, because a filter that leaves several samples a period leaves
-//! neighbours alike.
+//! The standard deviations for white noise come from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For other noise the scores Z_r' e_r are
+//! summed over the span of `correlated_deviation`: after a filter with several samples per period of its cutoff, neighbouring
+//! samples are correlated.
 //!
-//! The rows are weighted by joint as weighted least squares on the measured states weights them. The caller provides
-//! the simulator, which chooses what it integrates and with which controller. It must give states at the samples of the
-//! measured record.
+//! The rows have the joint weights of weighted least squares on the measured states. The caller provides the simulator, which
+//! chooses its integration and its controller. It must give states at the samples of the measured record.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -24,13 +23,13 @@ use crate::correlated_deviation::{OverlappingSums, correlation, span};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::Observation;
 
-/// Runs the experiment with parameters `x` (those of the model, friction included).
+/// Runs the experiment with parameters `x` (the parameters of the model, friction included).
 pub trait Simulator {
     /// States at the instants of the measured record.
     fn simulate(&self, x: &[f64]) -> Result<States, Error>;
 }
 
-/// Which of the two estimators.
+/// The two estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClosedLoop {
     /// IV: the simulated states are the instruments.
@@ -39,32 +38,31 @@ pub enum ClosedLoop {
     DirectAndInverse,
 }
 
-/// The solution and how it was reached.
+/// The solution and the iterations that gave it.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// Parameters, in the order of the model.
     pub x: Vec<f64>,
     /// Standard deviations for white torque noise.
     pub sigma: Vec<f64>,
-    /// Standard deviations that allow for residuals which stay the same for a while.
+    /// Standard deviations for residuals that are correlated over time.
     pub robust: Vec<f64>,
-    /// Simulations of the robot that it took.
+    /// Number of simulations of the robot.
     pub iterations: usize,
     /// Relative change of the parameters' norm in the last iteration.
     pub change: f64,
-    /// Whether the parameters settled within the iterations allowed.
+    /// Whether the parameters converged within the allowed iterations.
     pub converged: bool,
 }
 
-/// Most iterations.
+/// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 20;
-/// Relative change of the parameters' norm below which they have settled.
+/// Relative change of the parameters' norm below which they have converged.
 const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
-/// Iterates from `start` until the parameters settle.
+/// Iterates from `start` until the parameters converge.
 ///
-/// Fails when the simulator does, when it gives states of another shape, or when the simulated motion does not
-/// determine X.
+/// Fails when the simulator fails, when it gives states of another shape, or when the simulated motion does not determine X.
 pub fn simulated(
     model: &Model,
     measured: &States,
@@ -72,7 +70,7 @@ pub fn simulated(
     start: &[f64],
     method: ClosedLoop,
 ) -> Result<Simulated, Error> {
-    // The weights of the rows are those of weighted least squares on the measured states.
+    // The rows have the weights of weighted least squares on the measured states.
     let observation = Observation::of(model, measured, 1);
     let (_, weights) = fit(&observation.joints(|_| true), Weights::Joint);
     let mut x = start.to_vec();
@@ -101,8 +99,9 @@ pub fn simulated(
         };
         let round = Round { model, instruments: &instruments, regressors, measured, weights: &weights };
         let (normal, rhs, gram, rows, squares) = round.products();
-        let inverse = scaled_inverse(&normal)
-            .ok_or_else(|| Error::new("the simulated motion leaves parameters open: excite more, or fix them"))?;
+        let inverse = scaled_inverse(&normal).ok_or_else(|| {
+            Error::new("the simulated motion does not identify all parameters: excite more, or fix them")
+        })?;
         // X = (Z' W)^-1 Z' Y, and C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1.
         let next = &inverse * &rhs;
         let fitted = round.residual_variance(&next, rows, squares);
@@ -128,17 +127,17 @@ type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 /// The states of one iteration.
 struct Round<'a> {
     model: &'a Model<'a>,
-    /// Those of Z.
+    /// The states of Z.
     instruments: &'a States,
-    /// Those of W.
+    /// The states of W.
     regressors: &'a States,
     measured: &'a States,
-    /// By joint.
+    /// One weight per joint.
     weights: &'a [f64],
 }
 
 impl Round<'_> {
-    /// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, the rows weighted.
+    /// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, with weighted rows.
     fn products(&self) -> Products {
         let Round { model, measured, weights, .. } = *self;
         let (n, p) = (model.n(), model.p());
@@ -160,7 +159,7 @@ impl Round<'_> {
         (normal, rhs, gram, rows, squares)
     }
 
-    /// The n x p rows of both at each sample in turn.
+    /// The n x p rows of Z and W at each sample.
     fn paired(&self, mut take: impl FnMut(usize, &[f64], &[f64])) {
         let Round { model, instruments: z, regressors: w, .. } = *self;
         let mut wr = vec![0.0; model.n() * model.p()];
@@ -170,7 +169,8 @@ impl Round<'_> {
         });
     }
 
-    /// Deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals asks for.
+    /// Standard deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals
+    /// requires.
     fn robust_sigma(&self, x: &[f64], inverse: &DMatrix<f64>) -> Vec<f64> {
         let Round { model, regressors, measured, weights, .. } = *self;
         let (n, p) = (model.n(), model.p());
@@ -197,7 +197,7 @@ impl Round<'_> {
     }
 }
 
-/// Inverse with rows and columns scaled alike; `None` when singular.
+/// The inverse by way of equally scaled rows and columns; `None` when singular.
 fn scaled_inverse(m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let d = m.diagonal().map(|x| if x != 0.0 { 1.0 / x.abs().sqrt() } else { 1.0 });
     let n = m.nrows();
@@ -232,7 +232,7 @@ mod tests {
         let (arm, control, states) = experiment(3e-3, 31);
         let model = Model::new(&arm, &[], &[]);
         let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
-        // With accelerations from noisy positions, least squares loses most of the inertia.
+        // With accelerations from noisy positions, the least squares estimate of the inertia is far too small.
         assert!((ls.x[0] - arm.truth[0]).abs() > 0.2 * arm.truth[0], "{:?}", ls.x);
         for method in [ClosedLoop::InstrumentalVariables, ClosedLoop::DirectAndInverse] {
             let start = [0.36, 0.7, -0.05];
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// From parameters 20 % too large DIDIM settles within a few iterations, as the literature reports.
+    /// From parameters 20 % too large DIDIM converges within a few iterations, as the literature reports.
     #[test]
     fn didim_converges_fast() {
         let (arm, control, states) = experiment(0.0, 32);

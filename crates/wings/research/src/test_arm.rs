@@ -1,11 +1,11 @@
-//! The fixtures of the unit tests: the pendulum and the candidates of `experiments`, and the loop that controls the pendulum.
+//! The fixtures of the unit tests: the pendulum and the candidates of `experiments`, and the control loop of the pendulum.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{CandidateGrid, MotionLimits};
 use linear_model::friction::terms::sign;
 use linear_model::states::States;
 
-use numerics::information_matrix::Rows;
+use numerics::information_matrix::WeightedRows;
 use random::Random;
 
 use crate::simulated_loop::Simulator;

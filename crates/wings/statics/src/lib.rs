@@ -1,9 +1,9 @@
-//! Wing: what rest says of bodies and loads. Gravity's parameters from postures that a robot holds, and a load from a force-torque sensor
-//! behind the last joint.
+//! Wing: identification from a robot or a load at rest. Gravity parameters from postures that a robot holds, and a load from a
+//! force-torque sensor after the last joint.
 //!
-//! What the core promises this wing: `logs` has tables and finds columns by their names; `modeling` the gravity torque and its independent
-//! columns; `identification` hypotheses that are undone (`estimate::hypothesis`, `estimate::passport::Change`), claims and the rule of
-//! trust; `rist` the model, the mount of its base and the text of a load.
+//! What the core promises this wing: `logs` has tables and finds columns by their names; `modeling` the gravity torque and its
+//! independent columns; `identification` hypotheses and their undoing (`estimate::hypothesis`, `estimate::log_check::Change`),
+//! claims and the rule of trust; `rist` the model, the mount of its base and the text of a load.
 
 #![warn(missing_docs)]
 

@@ -1,11 +1,11 @@
-//! What is asked of the log of a force-torque sensor.
+//! The request for a log of a force-torque sensor.
 
 use rist::request::Request;
 use rist::wings::Wing;
 
 use crate::wrench_options::WrenchOptions;
 
-/// What this wing adds.
+/// The additions of this wing.
 pub fn wing() -> Wing {
     Wing { requests: vec![("wrench", WrenchRequest::fields)], ..Wing::default() }
 }

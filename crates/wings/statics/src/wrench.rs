@@ -1,4 +1,4 @@
-//! The load behind a force-torque sensor, as a second source of a load: no robot moves in it, and no drive.
+//! The load after a force-torque sensor, as a second source of a load: it depends on no dynamics of the robot and on no drive.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use rist::Error;
 use rist::fit::load::{Load, LoadScale};
 
-/// What a log of a force-torque sensor tells of its load.
+/// The estimate from a log of a force-torque sensor.
 pub struct WrenchEstimate {
     /// The load, in and about the frame of the sensor.
     pub load: Load,
@@ -23,9 +23,9 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// The load behind a sensor. `link` is the name of the link whose frame is the sensor's, for the file of `[load]`.
+/// The load after a sensor. `link` is the name of the link whose frame is the sensor's, for the file of `[load]`.
 ///
-/// Fails where the log is too short to tell a load.
+/// Fails where the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {
     let found = wrench_load(log)?;
     let load = Load {
@@ -53,20 +53,20 @@ const OFFSETS: [(&str, &str); 6] = [
 ];
 
 impl WrenchEstimate {
-    /// All of it as values.
+    /// The estimate as JSON.
     pub fn to_json(&self) -> Value {
-        let told = |k: usize| (self.load.parameters[k], self.load.sigma[k]);
+        let entry = |k: usize| (self.load.parameters[k], self.load.sigma[k]);
         let parameters: Vec<Value> = (robot::Inertial::BODY.into_iter().enumerate())
             .map(|(k, inertial)| {
-                let (value, sigma) = told(k);
+                let (value, sigma) = entry(k);
                 let value = self.load.determined[k].then(|| json!({"value": value, "sigma": sigma}));
-                json!({"name": inertial.letters(), "told": value})
+                json!({"name": inertial.letters(), "estimate": value})
             })
             .collect();
         let offsets: Vec<Value> = OFFSETS
             .into_iter()
             .zip(self.found.offsets)
-            .map(|((name, unit), told)| json!({"name": name, "unit": unit, "told": told.map(|(x, s)| json!({"value": x, "sigma": s}))}))
+            .map(|((name, unit), offset)| json!({"name": name, "unit": unit, "estimate": offset.map(|(x, s)| json!({"value": x, "sigma": s}))}))
             .collect();
         let WrenchVerdict { trust, claims, reasons, next } = &self.verdict;
         let body = self.load.body().filter(|_| *trust != Trust::No);
@@ -91,26 +91,29 @@ impl fmt::Display for WrenchEstimate {
             true => writeln!(f, "{} postures at rest, since the table has no clock", self.rows)?,
             false => writeln!(f, "{} rows in {count} windows", self.rows)?,
         }
+        // the rows and the sign convention
         if self.left_out > 0 {
             writeln!(f, "{} rows are left out: without a number, or with a clock that does not go on", self.left_out)?;
         }
         if self.found.is_reaction {
             writeln!(f, "the sensor gives what the load does to it: the signs are turned")?;
         }
-        writeln!(f, "{force:.4} N and {torque:.5} N m of a sample are left")?;
-        for ((name, unit), told) in OFFSETS.into_iter().zip(self.found.offsets) {
-            match told {
+        writeln!(f, "residual: {force:.4} N and {torque:.5} N m rms per sample")?;
+        // offsets are identifiable only if the sensor changes its attitude
+        for ((name, unit), offset) in OFFSETS.into_iter().zip(self.found.offsets) {
+            match offset {
                 Some((x, sigma)) => writeln!(f, "offset of {name:<8} {x:>10.4} +- {sigma:.4} {unit}")?,
-                None => writeln!(f, "offset of {name:<8} not told: the sensor keeps its attitude")?,
+                None => writeln!(f, "offset of {name:<8} not identifiable: the sensor keeps its attitude")?,
             }
         }
         writeln!(f, "\nload on the sensor, in and about its frame:")?;
         let verdict = &self.verdict;
         self.load.tell(f, verdict.trust != Trust::No)?;
         if self.is_static {
-            writeln!(f, "at rest no inertia is told: record a motion, with a clock and positions")?;
+            writeln!(f, "at rest no inertia is identifiable: record a motion, with a clock and positions")?;
         }
         writeln!(f)?;
+        // claims and verdict
         let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
         lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
         writeln!(f, "trust: {}", verdict.trust.word())?;

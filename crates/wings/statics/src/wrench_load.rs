@@ -1,19 +1,20 @@
-//! The load behind a force-torque sensor, from its wrenches and poses.
+//! The load after a force-torque sensor, from its wrenches and poses.
 //!
-//! The sensor holds a body with the ten parameters m, mc and I about its origin. With R and p its pose in a frame at rest, F and
-//! N its wrench and o any point at rest, momentum and angular momentum change by what acts:
+//! The sensor holds a body with the ten parameters m, mc and I about the sensor's origin. Let R and p be its pose in a frame at
+//! rest, F and N its wrench, o any point at rest. Momentum and angular momentum obey:
 //!
 //! ```text
 //! d2/dt2 (m p + R mc) = R F + m g
 //! d/dt H = (p - o) x R F + R N + (m (p - o) + R mc) x g
 //! H = m (p - o) x p' + (p - o) x R (w x mc) + R mc x p' + R I w
 //! ```
-//! Multiplied by a function that is zero with its slopes at both ends of a window, and integrated over it by parts, the
-//! derivatives of the measurements go to the function [Shinbrot 1957]: only p' and w are left to be taken from the poses.
-//! All is linear in the ten parameters and in constant offsets of the six signals. Forces and torques have the weights of their
-//! own residuals; the deviations are those of white noise, widened by the correlation from window to window.
+//! Each equation is multiplied by a function that vanishes with its slope at both ends of a window, and integrated by parts over
+//! the window. So the derivatives of the measurements move to the function [Shinbrot 1957]: only p' and w must be computed from
+//! the poses. The equations are linear in the ten parameters and in constant offsets of the six signals. Forces and torques have
+//! the weights of their residuals; the standard deviations are those of white noise, inflated by the correlation from window to
+//! window.
 //!
-//! Rows without a clock are postures: F = -m R'g, N = -mc x R'g. They tell no inertia.
+//! Rows without a clock are postures: F = -m R'g, N = -mc x R'g. They determine no inertia.
 //!
 //! Not here: springs and drift of the sensor, and its crosstalk.
 
@@ -23,31 +24,39 @@ use logs::Error;
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;
 
-/// m/s^2, along z of the frame at rest.
+/// Gravity along z of the frame at rest, m/s^2.
 pub(super) const GRAVITY: f64 = -9.81;
-/// s, the shortest window; and the fewest samples in one.
+/// Shortest window, s; and the least number of samples in one.
 const WINDOW_S: f64 = 0.25;
 const WINDOW_SAMPLES: usize = 24;
-/// Samples on each side of one from which its velocity is taken.
+/// Samples on each side of an instant that give its velocity.
 const NEIGHBOURS: usize = 3;
-/// Steps of a clock beyond this many usual ones are gaps.
+/// Steps of a clock above this number of median steps are gaps.
 const GAP_STEPS: f64 = 3.0;
 /// Ten parameters, and an offset of each signal.
 const UNKNOWNS: usize = 16;
-/// Rounds in which the weights of forces and torques settle.
-const ROUNDS: usize = 4;
-/// A column of an inertia below this share of the largest of them is rounding of the poses: the sensor turns about fewer axes.
-const ROUNDING: f64 = 1e-9;
-/// The largest correlation from window to window that is reckoned with.
+/// Rounds of new weights of forces and torques.
+const REWEIGHTING_ROUNDS: usize = 4;
+/// An inertia's column below this share of the largest is rounding of the poses: the sensor turns about fewer axes.
+const ROUNDING_SHARE: f64 = 1e-9;
+/// Least standard deviation of equations, over the largest of them.
+const LEAST_DEVIATION_SHARE: f64 = 1e-12;
+/// First standard deviation of torques, N m, for forces of 1 N: an arm of some centimetres.
+const FIRST_TORQUE_DEVIATION: f64 = 0.1;
+/// Smallest relative singular value in the cubic of a velocity.
+const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
+/// Sine of an angle below which the angle equals its sine.
+const SMALL_SINE: f64 = 1e-9;
+/// Upper bound of the correlation from window to window.
 const LARGEST_CORRELATION: f64 = 0.9;
 
-type Vector = [f64; 3];
-type Matrix = [[f64; 3]; 3];
+type Vector3 = [f64; 3];
+type Matrix3 = [[f64; 3]; 3];
 type Row = [f64; UNKNOWNS];
-/// A row and what its combination should be.
+/// A row and the value of its combination.
 type Equation = (Row, f64);
 
-/// A load and how well it is known.
+/// A load with its accuracy.
 #[derive(Clone, Debug)]
 pub struct WrenchLoad {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the sensor.
@@ -56,24 +65,25 @@ pub struct WrenchLoad {
     pub sigma: Ten,
     /// Whether the log determines each of them.
     pub determined: [bool; 10],
-    /// Offsets of the forces, N, and the torques, N m, with their deviations; `None` where the log does not tell.
+    /// Offsets of the forces, N, and the torques, N m, with their standard deviations; `None` where the log does not determine
+    /// them.
     pub offsets: [Option<(f64, f64)>; 6],
-    /// Whether the sensor gives what the load does to it, and not what it does to the load.
+    /// Whether the sensor gives the wrench of the load on the sensor instead of the sensor on the load.
     pub is_reaction: bool,
-    /// What is left of a sample, N, and N m about a point of its window: root of the mean square.
+    /// Rms residual of a sample, N, and N m about a point of its window.
     pub residuals: [f64; 2],
-    /// Windows of the log, or postures.
+    /// Number of windows of the log, or of postures.
     pub windows: usize,
 }
 
-/// Finds the load of a log.
+/// Determines the load of a log.
 ///
-/// Fails where no window of it is free of gaps, and where the numbers leave the range of numbers.
+/// Fails where the log has too few windows without gaps, and where the numbers exceed the floating-point range.
 pub fn wrench_load(log: &Wrenches) -> Result<WrenchLoad, Error> {
     wrench_load_under(log, GRAVITY)
 }
 
-/// The same under another gravity along z, m/s^2: none where the weight was taken out of the signals.
+/// The load under another gravity along z, m/s^2: zero where the driver has subtracted the weight.
 pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLoad, Error> {
     let down = [0.0, 0.0, gravity];
     let mut groups = if log.t.is_empty() { postures(log, down) } else { windows(log, down) };
@@ -84,27 +94,28 @@ pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLo
         let least = (2 * UNKNOWNS).div_ceil(3);
         return Err(Error::at(&log.name, 0, format!("{windows} {what} are too few for a load: {least} are the least")));
     }
-    // Torques are less than forces by an arm of some centimetres.
+    // First weights: torques are smaller than forces by an arm of some centimetres.
     let mut deviations: Vec<f64> = groups.iter().map(|g| g.first_deviation).collect();
     let mut solution = weighted(&groups, &deviations);
-    for _ in 0..ROUNDS {
+    for _ in 0..REWEIGHTING_ROUNDS {
         for (deviation, group) in deviations.iter_mut().zip(&groups) {
             let sum: f64 = group.residuals(&solution).map(|r| r * r).sum();
             let free = group.rows.len() as f64 - UNKNOWNS as f64 / groups.len() as f64;
-            *deviation = (sum / free.max(1.0)).sqrt().max(1e-12 * group.largest()).max(f64::MIN_POSITIVE);
+            *deviation =
+                (sum / free.max(1.0)).sqrt().max(LEAST_DEVIATION_SHARE * group.largest()).max(f64::MIN_POSITIVE);
         }
         solution = weighted(&groups, &deviations);
     }
     if !solution.x.iter().all(|x| x.is_finite()) {
-        return Err(Error::at(&log.name, 0, "its numbers leave the range of numbers"));
+        return Err(Error::at(&log.name, 0, "its numbers exceed the range of floating-point numbers"));
     }
     Ok(found(&groups, &deviations, &solution, windows))
 }
 
-fn found(groups: &[Group], deviations: &[f64], solution: &Solution, windows: usize) -> WrenchLoad {
+fn found(groups: &[EquationGroup], deviations: &[f64], solution: &Solution, windows: usize) -> WrenchLoad {
     let correlation = correlation(groups, deviations, solution);
-    let widening = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
-    let sigma = |k: usize| widening * solution.inverse[(k, k)].max(0.0).sqrt();
+    let inflation = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
+    let sigma = |k: usize| inflation * solution.inverse[(k, k)].max(0.0).sqrt();
     let is_reaction = solution.x[9] < 0.0;
     let sign = if is_reaction { -1.0 } else { 1.0 };
     let offset = |k: usize| solution.determined[k].then(|| (solution.x[k], sigma(k)));
@@ -119,18 +130,18 @@ fn found(groups: &[Group], deviations: &[f64], solution: &Solution, windows: usi
     }
 }
 
-/// Equations of one kind, three in a window.
-struct Group {
+/// Equations of one kind, three per window.
+struct EquationGroup {
     rows: Vec<Equation>,
-    /// Deviation that the first round takes.
+    /// Standard deviation in the first round.
     first_deviation: f64,
-    /// Deviation of an equation where a sample has the deviation one.
+    /// Standard deviation of an equation for samples with standard deviation 1.
     of_a_sample: f64,
 }
 
-impl Group {
-    fn new(first_deviation: f64) -> Group {
-        Group { rows: Vec::new(), first_deviation, of_a_sample: 1.0 }
+impl EquationGroup {
+    fn new(first_deviation: f64) -> EquationGroup {
+        EquationGroup { rows: Vec::new(), first_deviation, of_a_sample: 1.0 }
     }
 
     fn residuals<'a>(&'a self, solution: &'a Solution) -> impl Iterator<Item = f64> + 'a {
@@ -142,17 +153,17 @@ impl Group {
     }
 }
 
-/// Sets the columns of inertias to zero that are rounding.
-fn leave_out_rounding(groups: &mut [Group]) {
+/// Sets the columns of inertias that are rounding to zero.
+fn leave_out_rounding(groups: &mut [EquationGroup]) {
     let norm = |c: usize| groups.iter().flat_map(|g| &g.rows).map(|(row, _)| row[c] * row[c]).sum::<f64>().sqrt();
     let norms: [f64; 6] = std::array::from_fn(norm);
     let largest = norms.into_iter().fold(0.0, f64::max);
     for (row, _) in groups.iter_mut().flat_map(|group| &mut group.rows) {
-        row.iter_mut().zip(norms).filter(|(_, norm)| *norm < ROUNDING * largest).for_each(|(x, _)| *x = 0.0);
+        row.iter_mut().zip(norms).filter(|(_, norm)| *norm < ROUNDING_SHARE * largest).for_each(|(x, _)| *x = 0.0);
     }
 }
 
-fn weighted(groups: &[Group], deviations: &[f64]) -> Solution {
+fn weighted(groups: &[EquationGroup], deviations: &[f64]) -> Solution {
     let mut block = TriangleBuilder::new(UNKNOWNS);
     for (group, deviation) in groups.iter().zip(deviations) {
         for (row, y) in &group.rows {
@@ -162,12 +173,12 @@ fn weighted(groups: &[Group], deviations: &[f64]) -> Solution {
     solve(&block.finish())
 }
 
-/// Of each equation with that of the next window, the mean over all kinds; not below zero.
-fn correlation(groups: &[Group], deviations: &[f64], solution: &Solution) -> f64 {
+/// Correlation of each equation with the equation of the next window, the mean over all kinds; not below zero.
+fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution) -> f64 {
     let (mut products, mut count) = (0.0, 0.0);
     for (group, deviation) in groups.iter().zip(deviations) {
-        let left: Vec<f64> = group.residuals(solution).map(|r| r / deviation).collect();
-        for (a, b) in left.iter().zip(left.iter().skip(3)) {
+        let scaled: Vec<f64> = group.residuals(solution).map(|r| r / deviation).collect();
+        for (a, b) in scaled.iter().zip(scaled.iter().skip(3)) {
             products += a * b;
             count += 1.0;
         }
@@ -176,8 +187,8 @@ fn correlation(groups: &[Group], deviations: &[f64], solution: &Solution) -> f64
 }
 
 /// Equations of rows at rest: forces, torques.
-fn postures(log: &Wrenches, down: Vector) -> Vec<Group> {
-    let mut groups = vec![Group::new(1.0), Group::new(0.1)];
+fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
+    let mut groups = vec![EquationGroup::new(1.0), EquationGroup::new(FIRST_TORQUE_DEVIATION)];
     for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
         let down = back(rotation, down);
         for i in 0..3 {
@@ -195,9 +206,9 @@ fn postures(log: &Wrenches, down: Vector) -> Vec<Group> {
     groups
 }
 
-/// Equations of windows: forces and torques with an even function, then with an odd one.
-fn windows(log: &Wrenches, down: Vector) -> Vec<Group> {
-    let mut groups = vec![Group::new(1.0), Group::new(0.1), Group::new(1.0), Group::new(0.1)];
+/// Equations of windows: forces and torques with an even function, then with an odd function.
+fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
+    let mut groups = Vec::from([1.0, FIRST_TORQUE_DEVIATION, 1.0, FIRST_TORQUE_DEVIATION].map(EquationGroup::new));
     let mut squares = [0.0; 2];
     let velocities = Velocities::of(log);
     for (first, last) in spans(log) {
@@ -237,13 +248,13 @@ fn usual_step(t: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The function over the samples of a window: (1 - u^2)^4, or u times that, u from -1 to 1.
+/// The function over the samples of a window: (1 - u^2)^4, or u (1 - u^2)^4, with u from -1 to 1.
 pub(super) struct Window {
     pub(super) first: usize,
-    /// The function and its first two derivatives, times the step of the clock.
+    /// The function and its first two derivatives, times the step of the clock, s.
     pub(super) samples: Vec<(f64, f64, f64)>,
     /// A point at rest, m.
-    pub(super) point: Vector,
+    pub(super) point: Vector3,
 }
 
 impl Window {
@@ -264,7 +275,12 @@ impl Window {
 }
 
 /// The three equations of momentum and the three of angular momentum.
-fn equations(log: &Wrenches, velocities: &Velocities, window: &Window, down: Vector) -> (Vec<Equation>, Vec<Equation>) {
+fn equations(
+    log: &Wrenches,
+    velocities: &Velocities,
+    window: &Window,
+    down: Vector3,
+) -> (Vec<Equation>, Vec<Equation>) {
     let (mut force, mut torque) = ([([0.0; UNKNOWNS], 0.0); 3], [([0.0; UNKNOWNS], 0.0); 3]);
     for (k, &(f, d, dd)) in (window.first..).zip(&window.samples) {
         let turn = &log.rotation[k];
@@ -303,14 +319,14 @@ fn equations(log: &Wrenches, velocities: &Velocities, window: &Window, down: Vec
     (force.to_vec(), torque.to_vec())
 }
 
-/// Velocities of the sensor's origin, in the frame at rest, and of its axes, in themselves.
+/// Velocities of the sensor's origin in the frame at rest, m/s, and angular velocities in the sensor's axes, rad/s.
 struct Velocities {
-    linear: Vec<Vector>,
-    angular: Vec<Vector>,
+    linear: Vec<Vector3>,
+    angular: Vec<Vector3>,
 }
 
 impl Velocities {
-    /// Slopes of cubics through the neighbours of each sample, of the turns from it for the axes.
+    /// The slopes of cubics through the neighbours of each sample; for the axes through the rotations from the sample.
     fn of(log: &Wrenches) -> Velocities {
         let count = log.t.len();
         let mut found = Velocities { linear: Vec::with_capacity(count), angular: Vec::with_capacity(count) };
@@ -338,41 +354,42 @@ impl Velocities {
 fn slope_weights(times: &[f64]) -> Vec<f64> {
     let scale = times.iter().fold(f64::MIN_POSITIVE, |s: f64, t| s.max(t.abs()));
     let powers = nalgebra::DMatrix::from_fn(times.len(), times.len().min(4), |r, c| (times[r] / scale).powi(c as i32));
-    let inverse = powers.pseudo_inverse(1e-12).unwrap_or_else(|_| nalgebra::DMatrix::zeros(4, times.len()));
+    let inverse =
+        powers.pseudo_inverse(CUBIC_RANK_TOLERANCE).unwrap_or_else(|_| nalgebra::DMatrix::zeros(4, times.len()));
     (0..times.len()).map(|k| if inverse.nrows() > 1 { inverse[(1, k)] / scale } else { 0.0 }).collect()
 }
 
-/// The turn from one attitude to another as a vector in the axes of the first, rad.
-fn turn(from: &Matrix, to: &Matrix) -> Vector {
+/// The rotation from one attitude to another as a rotation vector in the axes of the first, rad.
+fn turn(from: &Matrix3, to: &Matrix3) -> Vector3 {
     let entry = |i: usize, k: usize| (0..3).map(|a| from[a][i] * to[a][k]).sum::<f64>();
     let twice = [entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1)];
     let sine = (twice.iter().map(|x| x * x).sum::<f64>()).sqrt() / 2.0;
     let cosine = (entry(0, 0) + entry(1, 1) + entry(2, 2) - 1.0) / 2.0;
-    let scale = if sine < 1e-9 { 0.5 } else { sine.atan2(cosine) / (2.0 * sine) };
+    let scale = if sine < SMALL_SINE { 0.5 } else { sine.atan2(cosine) / (2.0 * sine) };
     twice.map(|x| scale * x)
 }
 
-fn unit(k: usize) -> Vector {
+fn unit(k: usize) -> Vector3 {
     std::array::from_fn(|i| f64::from(u8::from(i == k)))
 }
 
-fn cross(a: Vector, b: Vector) -> Vector {
+fn cross(a: Vector3, b: Vector3) -> Vector3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn plus(a: Vector, b: Vector) -> Vector {
+fn plus(a: Vector3, b: Vector3) -> Vector3 {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
-fn minus(a: Vector, b: Vector) -> Vector {
+fn minus(a: Vector3, b: Vector3) -> Vector3 {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-fn turned(m: &Matrix, v: Vector) -> Vector {
+fn turned(m: &Matrix3, v: Vector3) -> Vector3 {
     m.map(|row| (0..3).map(|k| row[k] * v[k]).sum())
 }
 
-fn back(m: &Matrix, v: Vector) -> Vector {
+fn back(m: &Matrix3, v: Vector3) -> Vector3 {
     std::array::from_fn(|k| (0..3).map(|i| m[i][k] * v[i]).sum())
 }
 
@@ -382,7 +399,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// 2.1 kg at (0.02, -0.03, 0.12) with an inertia about its centre, as the ten about the origin.
+    /// 2.1 kg at (0.02, -0.03, 0.12) m with an inertia about its centre, as ten parameters about the origin.
     fn body() -> Ten {
         let (m, [x, y, z]) = (2.1, [0.02, -0.03, 0.12]);
         [
@@ -399,7 +416,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// roll, pitch, yaw and the place of the sensor, with their first two derivatives.
+    /// Roll, pitch, yaw and the position of the sensor, with their first two derivatives.
     fn motion(t: f64) -> [[f64; 6]; 3] {
         let [mut x, mut dx, mut ddx] = [[0.0; 6]; 3];
         let sines = [(0.9, 2.1), (0.7, 3.3), (1.1, 1.7), (0.2, 2.9), (0.25, 1.3), (0.15, 3.7)];
@@ -410,7 +427,7 @@ pub(crate) mod tests {
         [x, dx, ddx]
     }
 
-    fn rotation([r, p, y]: Vector) -> Matrix {
+    fn rotation([r, p, y]: Vector3) -> Matrix3 {
         let [(sr, cr), (sp, cp), (sy, cy)] = [r, p, y].map(f64::sin_cos);
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -420,26 +437,26 @@ pub(crate) mod tests {
     }
 
     /// w of roll, pitch and yaw, in the axes of the sensor.
-    fn spin([r, p, _]: Vector, [dr, dp, dy]: Vector) -> Vector {
+    fn spin([r, p, _]: Vector3, [dr, dp, dy]: Vector3) -> Vector3 {
         let [(sr, cr), (sp, cp)] = [r, p].map(f64::sin_cos);
         [dr - sp * dy, cr * dp + sr * cp * dy, -sr * dp + cr * cp * dy]
     }
 
     const OFFSETS: [f64; 6] = [3.0, -2.0, 5.0, 0.2, 0.1, -0.3];
 
-    /// The wrench of Newton and Euler at an instant, by its textbook formulas.
-    fn wrench(body: &Ten, t: f64) -> (Vector, Vector, Matrix, Vector) {
+    /// The wrench by the Newton-Euler equations of textbooks, at an instant.
+    fn wrench(body: &Ten, t: f64) -> (Vector3, Vector3, Matrix3, Vector3) {
         let [x, dx, ddx] = motion(t);
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
         let turn = rotation(three(&x, 0));
         let w = spin(three(&x, 0), three(&dx, 0));
-        // The slope of w by a difference of fourth order, 1e-12 off.
+        // The slope of w by a difference of fourth order, with an error of 1e-12.
         let at = |h: f64| {
             let [x, dx, _] = motion(t + h);
             spin(three(&x, 0), three(&dx, 0))
         };
         let (h, near, far) = (1e-3, [at(1e-3), at(-1e-3)], [at(2e-3), at(-2e-3)]);
-        let dw: Vector =
+        let dw: Vector3 =
             std::array::from_fn(|i| (8.0 * (near[0][i] - near[1][i]) - (far[0][i] - far[1][i])) / (12.0 * h));
         let felt = back(&turn, minus(three(&ddx, 3), [0.0, 0.0, GRAVITY]));
         let &[xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
@@ -458,7 +475,7 @@ pub(crate) mod tests {
             Wrenches { name: "w.csv".into(), t: (0..count).map(|k| k as f64 / 250.0).collect(), ..Wrenches::default() };
         for &t in &log.t {
             let (force, torque, turn, place) = wrench(&body(), t);
-            let mut noisy = |x: Vector, size: f64, at: usize| -> Vector {
+            let mut noisy = |x: Vector3, size: f64, at: usize| -> Vector3 {
                 std::array::from_fn(|i| sign * x[i] + OFFSETS[at + i] + size * noise * random.normal())
             };
             log.force.push(noisy(force, 1.0, 0));
@@ -483,7 +500,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise the errors have their deviations: mean squares of 16 numbers over 30 draws.
+    /// With noise the errors agree with their standard deviations: mean squares of 16 numbers over 30 draws.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -491,20 +508,20 @@ pub(crate) mod tests {
             let found = wrench_load(&log(12.0, 0.8, 1.0, seed)).unwrap();
             (0..2).for_each(|k| left[k] += found.residuals[k] / draws as f64);
             let offsets = found.offsets.map(|o| o.unwrap());
-            let told = found.parameters.iter().copied().zip(found.sigma).chain(offsets);
-            for (k, ((x, sigma), truth)) in told.zip(body().into_iter().chain(OFFSETS)).enumerate() {
+            let estimates = found.parameters.iter().copied().zip(found.sigma).chain(offsets);
+            for (k, ((x, sigma), truth)) in estimates.zip(body().into_iter().chain(OFFSETS)).enumerate() {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The root of the mean square of 138 equations is off by 6 %, over 30 draws by 1.1 %; four of them. The noise of the force
-        // turns about a point some centimetres away, and adds to that of the torque.
+        // The rms of 138 equations has an error of 6 %, over 30 draws 1.1 %; the bound is four of these. The noise of the force
+        // also acts about a point some centimetres away, and adds to the noise of the torque.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
-        // 480 unit normals, correlated within a draw: one, to a fifth.
+        // 480 unit normals, correlated within a draw: 1 within a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 
-    /// The body at rest in so many attitudes.
+    /// The body at rest in `count` attitudes.
     pub(crate) fn rests(count: usize, noise: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let (mut log, truth) = (log(1.0, 0.0, 1.0, 1), body());
@@ -538,12 +555,12 @@ pub(crate) mod tests {
         let message = wrench_load(&log).unwrap_err().to_string();
         assert!(message.contains("5 postures are too few for a load: 11 are the least"), "{message}");
     }
-    /// A sensor that turns about one axis alone tells the entries of the inertia of that axis; rounding in its poses tells none of
-    /// the others.
+    /// A sensor that turns about one axis only determines the inertia entries of that axis; rounding in its poses determines no
+    /// other.
     #[test]
     fn one_axis_tells_no_whole_inertia() {
         let mut log = log(10.0, 0.02, 1.0, 4);
-        // The sine of pi is no zero.
+        // The sine of pi is not exactly zero.
         log.rotation = log.t.iter().map(|t| rotation([std::f64::consts::PI, 0.0, (2.0 * t).sin()])).collect();
         let found = wrench_load(&log).unwrap();
         assert_eq!(found.determined[..6], [false, false, true, false, true, true]);

@@ -1,5 +1,4 @@
-//! What the numbers of a log of a force-torque sensor may mean instead: each meaning is tried, and said where it explains what is
-//! left.
+//! Other meanings of the numbers of a force-torque log: each meaning is tried, and reported where it explains the residual.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -11,13 +10,15 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// What is left is more than noise beyond so many times it; and an alternative explains it that divides it by as many.
+/// A residual above this times the noise is more than noise; an alternative explains it if it divides it by at least this.
 pub(super) const NOISE_RATIO: f64 = 3.0;
-/// What torques count beside forces, m.
+/// Length that converts torques to forces in sums of both, m.
 pub(super) const ARM_M: f64 = 0.1;
-/// A smaller turn is one of calibration, rad.
-const SMALL_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
-/// What mends signals without weight.
+/// A smaller turn is an error of calibration, rad.
+const SMALL_TURN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// m per mm.
+const MILLI: f64 = 1e-3;
+/// Advice for signals without weight.
 pub(super) const OWN_SIGNALS: &str = "log the sensor's own signals, without its driver's compensation of gravity";
 
 pub(super) fn contradicted(topic: Topic, fault: String, advice: String, trial: Trial) -> Claim {
@@ -32,9 +33,9 @@ pub(super) fn left(found: &WrenchLoad) -> f64 {
     found.residuals[0].hypot(found.residuals[1] / ARM_M)
 }
 
-/// What is left of what varies in a log.
-pub(super) fn share_left(log: &Wrenches, found: &WrenchLoad) -> f64 {
-    let spread = |signal: &[[f64; 3]]| {
+/// The residual over the variation of a log.
+pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
+    let deviation = |signal: &[[f64; 3]]| {
         let n = signal.len() as f64;
         let of_axis = |i: usize| {
             let mean = signal.iter().map(|x| x[i]).sum::<f64>() / n;
@@ -42,12 +43,13 @@ pub(super) fn share_left(log: &Wrenches, found: &WrenchLoad) -> f64 {
         };
         (0..3).map(of_axis).sum::<f64>().sqrt()
     };
-    left(found) / spread(&log.force).hypot(spread(&log.torque) / ARM_M)
+    left(found) / deviation(&log.force).hypot(deviation(&log.torque) / ARM_M)
 }
 
-/// What the numbers mean instead, where that explains what is left; `as_given`: the share that is left.
+/// The other meaning of the numbers that explains the residual; `as_given`: the residual share of the log as it is.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
+    // the usual alternatives of drivers, each as one correction
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (
@@ -55,7 +57,7 @@ pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
             Corrections { inverted_poses: true, ..plain },
         ),
         ("forces and torques are in the axes of the frame at rest".into(), Corrections { base_axes: true, ..plain }),
-        ("are the torques in N mm?".into(), Corrections { torque: 1e-3, ..plain }),
+        ("are the torques in N mm?".into(), Corrections { torque: MILLI, ..plain }),
     ];
     if !log.in_degrees.is_empty() {
         let what = "the angles of the orientation are in degrees, taken for radians".into();
@@ -64,20 +66,23 @@ pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     if let Some(turn) = sensor_turn(log) {
         let degrees = turn.map(|x| format!("{:.1}", x.to_degrees())).join(", ");
         let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
-        all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN).then_some((what, Corrections { turn, ..plain })));
+        all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN_RAD).then_some((what, Corrections { turn, ..plain })));
     }
+    // each alternative is fitted; a load of significant mass must result
     let is_load = |found: &WrenchLoad| found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
     let tried = all.into_iter().filter_map(|(what, corrections): (String, Corrections)| {
         let log = log.clone().corrected(&corrections);
         let found = wrench_load(&log).ok().filter(is_load)?;
-        Some((what, in_options(&corrections), share_left(&log, &found)))
+        Some((what, in_options(&corrections), residual_share(&log, &found)))
     });
+    // a driver that subtracts the weight: the load under gravity zero
     let weightless = wrench_load_under(log, 0.0).ok().filter(is_load).map(|found| {
         let what = "the weight of the load is not in the forces: the driver takes the weight out".into();
-        (what, OWN_SIGNALS.into(), share_left(log, &found))
+        (what, OWN_SIGNALS.into(), residual_share(log, &found))
     });
     let (fault, advice, after) = tried.chain(weightless).min_by(|a, b| a.2.total_cmp(&b.2))?;
+    // the best alternative must divide the residual by NOISE_RATIO
     let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
-    let trial = Trial::Tried { quantity: "what is left".into(), before, after: shown };
+    let trial = Trial::Tried { quantity: "residual".into(), before, after: shown };
     (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, advice, trial))
 }

@@ -1,20 +1,20 @@
-//! How a log of a force-torque sensor is meant where its names and numbers do not say it: its columns, and corrections.
+//! Options for a log of a force-torque sensor: its columns, and corrections, where names and numbers do not show the meaning.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The file of options of a wrench.
+/// The options file of a wrench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchOptions {
     /// Headers of the columns that cannot be found by their names.
     pub columns: WrenchColumns,
-    /// What is corrected of the numbers.
+    /// Corrections of the numbers.
     pub corrections: Corrections,
 }
 
-/// Headers, of which none need be given.
+/// Headers; all are optional.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchColumns {
@@ -32,7 +32,7 @@ pub struct WrenchColumns {
     pub rotation_vector: Option<[String; 3]>,
 }
 
-/// What is corrected, in this order. Its Display is the YAML that asks for it.
+/// Corrections in the order of their application. Display prints the YAML that requests them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corrections {
@@ -40,7 +40,7 @@ pub struct Corrections {
     pub degrees: bool,
     /// The numbers of a quaternion are w, x, y, z.
     pub scalar_first: bool,
-    /// The poses are those of the frame at rest in the sensor.
+    /// The poses are of the frame at rest, seen from the sensor.
     pub inverted_poses: bool,
     /// Forces and torques are in the axes of the frame at rest.
     pub base_axes: bool,
@@ -88,7 +88,7 @@ impl fmt::Display for Corrections {
 type Matrix = [[f64; 3]; 3];
 
 impl Corrections {
-    /// Corrects a row, whose orientation is in its unit already.
+    /// Corrects a row, whose orientation is already in its unit.
     pub(crate) fn correct(&self, turn: &mut Matrix, place: &mut [f64; 3], wrench: [&mut [f64; 3]; 2]) {
         if self.scalar_first {
             let [x, y, z, w] = quaternion(turn);
@@ -127,7 +127,7 @@ pub(crate) fn matrix([x, y, z, w]: [f64; 4]) -> Matrix {
     ]
 }
 
-/// The quaternion x y z w of a matrix, by its largest number, so that nothing is divided by what is small.
+/// The quaternion x y z w of a matrix, by way of its largest component: no division by small numbers.
 fn quaternion(m: &Matrix) -> [f64; 4] {
     let trace = m[0][0] + m[1][1] + m[2][2];
     // Four times the squares of x, y, z, w.

@@ -1,11 +1,12 @@
-//! How a force-torque sensor is turned against the frame of its poses, from its forces.
+//! The rotation between a force-torque sensor and the frame of its poses, from its forces.
 //!
-//! With Q from the axes of the sensor to those of the poses, the momentum of `wrench_load` over the mass m reads
+//! Let Q be the rotation from the axes of the sensor to the axes of the poses. The momentum of `wrench_load`, over the mass m,
+//! reads
 //! ```text
 //! R (Q/m) F + R b - d2/dt2 (R c) = d2/dt2 p - g
 //! ```
-//! of which Q/m, the offset b and the centre of mass c are linear. Q is the rotation nearest to what least squares finds for Q/m
-//! [Golub, Van Loan 2013]; m < 0 is that of a sensor which gives what the load does to it.
+//! linear in Q/m, the offset b and the centre of mass c. Q is the rotation nearest to the least squares solution of Q/m [Golub,
+//! Van Loan 2013]; m < 0 belongs to a sensor that gives the wrench of the load on the sensor.
 
 use crate::wrenches::Wrenches;
 use nalgebra::Matrix3;
@@ -17,10 +18,11 @@ use crate::wrench_load::{GRAVITY, Window, spans};
 /// Nine of Q/m, three offsets, three of the centre of mass.
 const UNKNOWNS: usize = 15;
 
-/// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll); `None` where the log
-/// does not tell them.
+/// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll); `None` where the log does
+/// not determine them.
 pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     let mut block = TriangleBuilder::new(UNKNOWNS);
+    // windows with an even function, as for the load; a posture is a window of one sample
     let windows: Vec<Window> = match log.t.is_empty() {
         true => (0..log.force.len())
             .map(|first| Window { first, samples: vec![(1.0, 0.0, 0.0)], point: [0.0; 3] })
@@ -29,6 +31,7 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     };
     for window in &windows {
         for i in 0..3 {
+            // integrated over a window: f R (Q/m) F + f R b - f'' R c = f'' p - f g
             let (mut row, mut y) = ([0.0; UNKNOWNS], 0.0);
             for (k, &(f, _, dd)) in (window.first..).zip(&window.samples) {
                 for (a, &r) in log.rotation[k][i].iter().enumerate() {
@@ -45,6 +48,7 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     if !found.determined[..9].iter().all(|is| *is) || !found.x.iter().all(|x| x.is_finite()) {
         return None;
     }
+    // the nearest rotation is U V' of the singular value decomposition, with determinant 1
     let svd = Matrix3::from_row_slice(&found.x[..9]).svd(true, true);
     let q = svd.u? * svd.v_t?;
     let q = q * q.determinant().signum();

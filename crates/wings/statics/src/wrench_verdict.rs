@@ -1,67 +1,67 @@
-//! Whether to believe the load behind a force-torque sensor: claims on what the fit leaves, on what the numbers of the log may
-//! mean instead, and on whether a wrist carries such a body.
+//! Whether to trust the load after a force-torque sensor: claims on the residual of the fit, on other meanings of the numbers of
+//! the log, and on whether a wrist can carry such a body.
 //!
-//! What is left, e = hypot(N, N m / ARM_M), is held against what varies in the log and against the noise of its signals. That
-//! of motions is told by their third differences; that of postures without the poses, since forces lie on a sphere and
-//! torques are linear in forces: |F - b| = m g, N = c x F + d. Where e is more, each [`Corrections`] is tried.
+//! The residual e = hypot(N, N m / ARM_M) is compared with the variation in the log and with the noise of its signals. The noise
+//! of motions follows from their third differences. The noise of postures follows without the poses, since forces lie on a sphere
+//! and torques are linear in forces: |F - b| = m g, N = c x F + d. Where e is larger, each [`Corrections`] is tried.
 //!
-//! Not here: the scale of all signals, which nothing in a log tells but a mass that no wrist carries.
+//! Not here: the scale of all signals, which a log shows only by a mass that no wrist carries.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
-use claims::{Claim, Figure, Need, Outcome, Purpose, Standing, Subject, Trial, Trust, lowering, worst};
+use claims::{Claim, EvidenceLevel, Figure, Need, Outcome, Purpose, Subject, Trial, Trust, lowering, worst};
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
 
 use crate::wrench_load::{WrenchLoad, wrench_load};
-use crate::wrench_meaning::{ARM_M, NOISE_RATIO, alternative, contradicted, in_options, left, share_left};
+use crate::wrench_meaning::{ARM_M, NOISE_RATIO, alternative, contradicted, in_options, left, residual_share};
 use identification::estimate::digits::percent;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 
-/// Share of what varies that a good sensor may leave, and that none leaves.
+/// Residual, as a share of the variation, of a good sensor; and the largest of any sensor.
 const SMALL_SHARE: f64 = 0.03;
 const LARGE_SHARE: f64 = 0.1;
-/// No wrist carries more, kg; nor farther away, m.
+/// A wrist carries at most this mass, kg, at most this far away, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
-/// Deviations beyond which a body that cannot exist is no matter of noise.
-const SURE: f64 = 3.0;
+/// Number of standard deviations beyond which a body that cannot exist is not due to noise.
+const IMPOSSIBLE_DEVIATIONS: f64 = 3.0;
 
 /// The verdict on a load.
 pub struct WrenchVerdict {
     /// Whether to use the load.
     pub trust: Trust,
-    /// All that was claimed.
+    /// All claims.
     pub claims: Vec<Claim>,
-    /// What lowers the answer.
+    /// The claims that lower the trust.
     pub reasons: Vec<String>,
-    /// What mends the first of it.
+    /// The remedy of the first of them.
     pub next: Option<String>,
 }
 
 impl WrenchVerdict {
-    /// Of the load that was found in a log.
+    /// The verdict on the load that was found in a log.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        // Of numbers that mean something else no body is told.
+        // If the numbers mean something else, no body can be judged.
         if claims[0].subject().topic != LOG {
             claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
         }
         let why = "a factor of all forces and torques would not have shown";
-        let is_told = |claim: &Claim| claim.subject().topic == COMMON_SCALE;
-        if !claims.iter().any(is_told) {
+        let is_on_scale = |claim: &Claim| claim.subject().topic == COMMON_SCALE;
+        if !claims.iter().any(is_on_scale) {
             claims.push(cannot_tell(Subject::whole(COMMON_SCALE), why, "a load that was weighed"));
         }
-        let told = [LOG, PARAMETERS, BODIES].map(|topic| Need::where_told(Subject::whole(topic)));
+        let further = [LOG, PARAMETERS, BODIES].map(|topic| Need::where_claimed(Subject::whole(topic)));
         let first = Purpose::new("the load", Need::new(Subject::whole(RESIDUAL)));
         let first = first.and(Need::uncontradicted(Subject::whole(COMMON_SCALE)));
-        let purpose = told.into_iter().fold(first, Purpose::and);
+        let purpose = further.into_iter().fold(first, Purpose::and);
         let standing = worst(&claims, &purpose);
-        let of_it = |claim: &&&Claim| standing != Standing::Refused || claim.is_contradicted();
+        let of_it = |claim: &&&Claim| standing != EvidenceLevel::Refused || claim.is_contradicted();
         let lowered = lowering(&claims, &purpose);
         let lowered: Vec<&Claim> = lowered.iter().filter(of_it).copied().collect();
         let (reasons, next) = (lowered.iter().map(|c| sentence(c)).collect(), lowered.first().map(|c| what_mends(c)));
@@ -69,27 +69,30 @@ impl WrenchVerdict {
     }
 }
 
-/// What is left, or what explains it.
+/// The claim on the residual, or on its explanation.
 fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
-    let (left, noise, share) = (left(found), noise(log), share_left(log, found));
+    let (left, noise, share) = (left(found), noise(log), residual_share(log, found));
     let is_noise = left <= NOISE_RATIO * noise;
+    // a large residual with an explanation is a contradicted log
     if share > SMALL_SHARE
         && let Some(claim) = alternative(log, share)
     {
         return claim;
     }
+    // a residual at the level of the noise, or a small one, agrees
     if is_noise && share > LARGE_SHARE {
-        let why = format!("what is left looks like noise, and is {} of what varies", percent(share));
+        let why = format!("the residual looks like noise, and is {} of what varies", percent(share));
         return cannot_tell(Subject::whole(RESIDUAL), why, "more attitudes, a longer log, or a heavier load");
     }
     if is_noise || share <= SMALL_SHARE {
         let smallest = Figure::new(100.0 * share, "% of what varies");
         return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });
     }
+    // the rest is unexplained
     let [force, torque] = found.residuals;
     let times = claims::significant(left / noise, 2);
     let fault = format!(
-        "{force:.4} N and {torque:.5} N m of a sample are left: {} of what varies, and {times} times the noise",
+        "residual of {force:.4} N and {torque:.5} N m rms per sample: {} of what varies, and {times} times the noise",
         percent(share)
     );
     let advice = "look at the poses and clocks of both, at contacts and cables";
@@ -101,8 +104,9 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
 }
 
-/// The noise of the signals, as what is left counts it.
+/// The noise of the signals, in the units of the residual e.
 fn noise(log: &Wrenches) -> f64 {
+    // the third difference of white noise has the variance 20 sigma^2
     let by_differences = |signal: &[[f64; 3]]| {
         let third = |w: &[[f64; 3]], i: usize| w[3][i] - 3.0 * (w[2][i] - w[1][i]) - w[0][i];
         let sum: f64 = signal.windows(4).map(|w| (0..3).map(|i| third(w, i).powi(2)).sum::<f64>()).sum();
@@ -127,7 +131,7 @@ fn noise(log: &Wrenches) -> f64 {
     (squares / (2.0 * radius)).hypot(least(rows).0 / ARM_M)
 }
 
-/// The deviation of what least squares leaves, and its solution.
+/// The standard deviation of the least squares residual, and the solution.
 fn least<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> (f64, Vec<f64>) {
     let mut block = TriangleBuilder::new(N);
     rows.for_each(|(row, y)| {
@@ -140,21 +144,21 @@ fn least<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> (f64, V
 fn of_mass(found: &WrenchLoad) -> Option<Claim> {
     let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
     if !found.determined[9] || mass <= certain {
-        let why = "the log tells no mass from zero: there is no load, or the sensor keeps its attitude, or its driver takes \
+        let why = "the mass is not significant: there is no load, or the sensor keeps its attitude, or its driver takes \
                    the weight out";
         return Some(cannot_tell(Subject::whole(PARAMETERS), why, "more attitudes, of the sensor's own signals"));
     }
     let fault = format!("{mass:.0} kg is more than a wrist carries: the signals are no N and N m");
     let advice = "the sensor's units per N and N m, in the file of [options]: corrections: {force: .., torque: ..}";
-    let trial = Trial::NotTried { why: "a log does not tell the factor".into() };
+    let trial = Trial::NotTried { why: "a log does not determine the factor".into() };
     (mass - certain > LARGEST_MASS_KG).then(|| contradicted(COMMON_SCALE, fault, advice.into(), trial))
 }
 
-/// How far the centre of mass is from the sensor, m; `None` where that is not told.
+/// Distance of the centre of mass from the sensor, m; `None` where it is not determined.
 fn distance(found: &WrenchLoad) -> Option<f64> {
     let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
-    let is_told = found.determined[6..].iter().all(|is| *is) && mass > certain;
-    is_told.then(|| dot(&found.parameters[6..9], &found.parameters[6..9]).sqrt() / mass)
+    let is_determined = found.determined[6..].iter().all(|is| *is) && mass > certain;
+    is_determined.then(|| dot(&found.parameters[6..9], &found.parameters[6..9]).sqrt() / mass)
 }
 
 fn of_centre(log: &Wrenches, found: &WrenchLoad) -> Option<Claim> {
@@ -181,15 +185,15 @@ fn of_body(found: &WrenchLoad) -> Option<Claim> {
         return None;
     }
     let wide: Ten = std::array::from_fn(|k| {
-        let widened = if [0, 3, 5, 9].contains(&k) { SURE * found.sigma[k] } else { 0.0 };
-        found.parameters[k] + widened
+        let inflated = if [0, 3, 5, 9].contains(&k) { IMPOSSIBLE_DEVIATIONS * found.sigma[k] } else { 0.0 };
+        found.parameters[k] + inflated
     });
     let fault = "no body has these parameters: its inertia is negative about some axis";
     let advice = "look at the units of torques, lengths and clock";
     if smallest_eigenvalue(&wide) >= 0.0 {
         return Some(cannot_tell(Subject::whole(BODIES), fault, "a motion that turns faster"));
     }
-    let trial = Trial::NotTried { why: "no unit is told by it".into() };
+    let trial = Trial::NotTried { why: "no unit follows from it".into() };
     Some(contradicted(BODIES, fault.into(), advice.into(), trial))
 }
 
@@ -205,7 +209,7 @@ mod tests {
         WrenchVerdict::of(log, &wrench_load(log).unwrap())
     }
 
-    /// A log in which each row was changed.
+    /// A log with each row changed.
     fn changed(log: &Wrenches, change: impl Fn(Matrix3<f64>, [&mut [f64; 3]; 3]) -> Matrix3<f64>) -> Wrenches {
         let mut log = log.clone();
         for k in 0..log.force.len() {
@@ -232,7 +236,7 @@ mod tests {
         Wrenches { in_degrees: log.rotation.clone(), ..read }
     }
 
-    /// Each mistake, with what is said of it and the correction that is printed.
+    /// Each mistake, with words of the statement about it and the correction that is printed.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
             let by = Rotation3::from_euler_angles(angle[0], angle[1], angle[2]).into_inner();
@@ -249,7 +253,7 @@ mod tests {
             (
                 changed(log, |r, _| {
                     let q = UnitQuaternion::from_matrix(&r);
-                    // In the places of x, y, z, w stand w, x, y, z.
+                    // The columns x, y, z, w hold w, x, y, z.
                     let read = nalgebra::Quaternion::new(q.k, q.w, q.i, q.j);
                     UnitQuaternion::from_quaternion(read).to_rotation_matrix().into_inner()
                 }),
@@ -317,7 +321,7 @@ mod tests {
     #[test]
     fn signals_without_weight_are_named() {
         let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
-            // 2.1 kg at the place where the load of the tests has its centre.
+            // 2.1 kg at the centre of mass of the load of the tests.
             let weight = r.transpose() * nalgebra::Vector3::new(0.0, 0.0, 2.1 * 9.81);
             let torque = nalgebra::Vector3::new(0.02, -0.03, 0.12).cross(&weight);
             (0..3).for_each(|i| (f[i], n[i]) = (f[i] - weight[i], n[i] - torque[i]));

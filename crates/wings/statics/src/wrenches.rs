@@ -1,9 +1,9 @@
 //! A log of a force-torque sensor: forces, torques and the pose of the sensor, against time.
 //!
-//! Columns are found by their names, whatever stands before the last words: `force.x`, `wrench.force.x`, `fx`; `torque.x`,
-//! `tx`, `mx`; `position.x`, `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths
-//! may be `[mm]` and angles `[deg]`. RTDE's `actual_TCP_force_0` .. `_5` and `actual_TCP_pose_0` .. `_5` are known; other names
-//! stand in the options. A table without a clock holds postures at rest, one in each row.
+//! Columns are found by the last words of their names: `force.x`, `wrench.force.x`, `fx`; `torque.x`, `tx`, `mx`; `position.x`,
+//! `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths may be `[mm]` and angles
+//! `[deg]`. RTDE's `actual_TCP_force_0` .. `_5` and `actual_TCP_pose_0` .. `_5` are known; other names are given in the options.
+//! A table without a clock holds postures at rest, one in each row.
 
 use std::path::Path;
 
@@ -16,35 +16,38 @@ use logs::Table;
 pub struct Wrenches {
     /// The file, as the user named it.
     pub name: String,
-    /// s, rising; empty where each row is a posture at rest.
+    /// Time, s, increasing; empty where each row is a posture at rest.
     pub t: Vec<f64>,
-    /// N, in the axes of the sensor.
+    /// Forces in the axes of the sensor, N.
     pub force: Vec<[f64; 3]>,
-    /// N m, about the origin of the sensor's frame, in its axes.
+    /// Torques about the origin of the sensor's frame, in its axes, N m.
     pub torque: Vec<[f64; 3]>,
-    /// m, the origin of the sensor in a frame at rest whose z points up; zeros where each row is a posture.
+    /// Origin of the sensor in a frame at rest with z upwards, m; zeros where each row is a posture.
     pub position: Vec<[f64; 3]>,
     /// The axes of the sensor in that frame, row by row.
     pub rotation: Vec<[[f64; 3]; 3]>,
-    /// The same where the angles that were read are degrees without saying so; empty where quaternions were read.
+    /// The rotations for angles in degrees without such a unit; empty where quaternions were read.
     pub in_degrees: Vec<[[f64; 3]; 3]>,
-    /// Rows left out: without a number, or a clock that does not go on.
+    /// Number of rows left out: without a number, or with time that does not increase.
     pub left_out: usize,
 }
 
-/// How far the norm of a quaternion may be from one.
+/// Tolerance of the norm of a quaternion about 1.
 const QUATERNION_NORM_SLACK: f64 = 0.01;
+/// Columns that an error text lists, at most.
+const MAX_SHOWN_COLUMNS: usize = 30;
 
 impl Wrenches {
-    /// Reads a log, and corrects what the options ask for. Fails where the file cannot be read or a column is missing, and on
-    /// quaternions that are none.
+    /// Reads a log and applies the corrections of the options. Fails where the file cannot be read or a column is missing, and on
+    /// quaternions with a norm other than 1.
     pub fn read(path: &Path, options: &WrenchOptions) -> Result<Wrenches, Error> {
         Wrenches::of_table(&Table::read(path)?, options)
     }
 
-    /// The same from a table.
+    /// A log from a table, with the corrections of the options; fails as [`Wrenches::read`].
     pub fn of_table(table: &Table, options: &WrenchOptions) -> Result<Wrenches, Error> {
-        let (names, given) = (Names::of(table), &options.columns);
+        // columns: those of the options, else by names; positions may be missing at rest
+        let (names, given) = (HeaderNames::of(table), &options.columns);
         let clock = match &given.time {
             Some(name) => names.given(std::slice::from_ref(name))?.pop(),
             None => names.any(&["t", "time", "timestamp", "stamp"]),
@@ -60,12 +63,13 @@ impl Wrenches {
         let (turned, is_vector) = names.orientation(options)?;
         let mut log = Wrenches { name: table.file.clone(), ..Wrenches::default() };
         for r in 0..table.rows() {
-            let three = |columns: &[Column]| [0, 1, 2].map(|i| columns[i].at(table, r));
+            let three = |columns: &[WrenchTableColumn]| [0, 1, 2].map(|i| columns[i].at(table, r));
             let (f, n) = (three(&force), three(&torque));
             let p = position.as_ref().map_or([0.0; 3], |columns| three(columns));
             let angles: Vec<f64> = turned.iter().map(|c| c.at(table, r)).collect();
             let t = clock.as_ref().map_or(r as f64, |c| c.at(table, r));
             let numbers = f.iter().chain(&n).chain(&p).chain(&angles).chain([&t]);
+            // rows without numbers, or with a clock that does not increase, are counted and left out
             if !numbers.into_iter().all(|x| x.is_finite())
                 || (clock.is_some() && log.t.last().is_some_and(|last| t <= *last))
             {
@@ -77,6 +81,7 @@ impl Wrenches {
             log.torque.push(n);
             log.position.push(p);
             log.rotation.push(rotation);
+            // three angles may be degrees without such a unit: both meanings are kept
             if angles.len() == 3 {
                 let angles: Vec<f64> = angles.iter().map(|angle| angle.to_radians()).collect();
                 log.in_degrees
@@ -99,7 +104,7 @@ impl Wrenches {
 }
 
 impl Wrenches {
-    /// The same log with its numbers corrected.
+    /// The log with its numbers corrected.
     pub fn corrected(mut self, by: &Corrections) -> Wrenches {
         if by.degrees {
             self.rotation.clone_from(&self.in_degrees);
@@ -112,27 +117,27 @@ impl Wrenches {
     }
 }
 
-/// A column and what its unit is in SI.
+/// A column with the factor of its unit to SI.
 #[derive(Clone, Copy)]
-struct Column {
+struct WrenchTableColumn {
     index: usize,
     factor: f64,
 }
 
-impl Column {
+impl WrenchTableColumn {
     fn at(self, table: &Table, row: usize) -> f64 {
         table.columns[self.index].get(row).map_or(f64::NAN, |x| self.factor * x)
     }
 }
 
-/// The names of a table in lower case, `_` between their words, with their units.
-struct Names<'a> {
+/// The names of a table in lower case with `_` between words, and the factors of their units.
+struct HeaderNames<'a> {
     table: &'a Table,
     names: Vec<(String, f64)>,
 }
 
-impl<'a> Names<'a> {
-    fn of(table: &'a Table) -> Names<'a> {
+impl<'a> HeaderNames<'a> {
+    fn of(table: &'a Table) -> HeaderNames<'a> {
         let name = |header: &String| {
             let (name, unit) = header.split_once(['[', '(']).unwrap_or((header, ""));
             let factor = match unit.trim_end_matches([']', ')']).trim() {
@@ -143,33 +148,38 @@ impl<'a> Names<'a> {
             let words = name.trim().to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
             (words.trim_matches('_').to_string(), factor)
         };
-        Names { table, names: table.header.iter().map(name).collect() }
+        HeaderNames { table, names: table.header.iter().map(name).collect() }
     }
 
-    /// The column whose last words are these, where it is the only one.
-    fn ending(&self, words: &str) -> Option<Column> {
+    /// The column whose name ends with these words, if it is the only one.
+    fn ending(&self, words: &str) -> Option<WrenchTableColumn> {
         let whole = self.names.iter().position(|n| n.0 == words);
         let mut ends = self.names.iter().enumerate().filter(|(_, n)| n.0.ends_with(&format!("_{words}")));
         let index = whole.or_else(|| ends.next().map(|(k, _)| k).filter(|_| ends.next().is_none()))?;
-        Some(Column { index, factor: self.names[index].1 })
+        Some(WrenchTableColumn { index, factor: self.names[index].1 })
     }
 
-    fn any(&self, words: &[&str]) -> Option<Column> {
+    fn any(&self, words: &[&str]) -> Option<WrenchTableColumn> {
         words.iter().find_map(|w| self.ending(w))
     }
 
-    /// The columns of these headers.
-    fn given(&self, headers: &[String]) -> Result<Vec<Column>, Error> {
+    /// The columns with these headers.
+    fn given(&self, headers: &[String]) -> Result<Vec<WrenchTableColumn>, Error> {
         let column = |name: &String| {
             let index = self.table.header.iter().position(|header| header == name);
-            let column = index.map(|index| Column { index, factor: self.names[index].1 });
+            let column = index.map(|index| WrenchTableColumn { index, factor: self.names[index].1 });
             column.ok_or_else(|| self.missing(&format!("`{}`", gate::shown::line(name))))
         };
         headers.iter().map(column).collect()
     }
 
     /// x, y and z by these headers, or by one of these patterns: `?` is the axis, `#3` a number from 3 on.
-    fn three(&self, what: &str, patterns: &[&str], given: Option<&[String; 3]>) -> Result<[Column; 3], Error> {
+    fn three(
+        &self,
+        what: &str,
+        patterns: &[&str],
+        given: Option<&[String; 3]>,
+    ) -> Result<[WrenchTableColumn; 3], Error> {
         if let Some(headers) = given {
             let found = self.given(headers)?;
             return Ok([found[0], found[1], found[2]]);
@@ -188,8 +198,8 @@ impl<'a> Names<'a> {
         })
     }
 
-    /// qx qy qz qw, or roll pitch yaw, or a rotation vector, and whether it is that.
-    fn orientation(&self, options: &WrenchOptions) -> Result<(Vec<Column>, bool), Error> {
+    /// qx qy qz qw, or roll pitch yaw, or a rotation vector; and whether it is a rotation vector.
+    fn orientation(&self, options: &WrenchOptions) -> Result<(Vec<WrenchTableColumn>, bool), Error> {
         let (given, vector) = (&options.columns.orientation, options.columns.rotation_vector.as_ref());
         if let Some(headers) = given {
             let found = self.given(headers)?;
@@ -202,15 +212,17 @@ impl<'a> Names<'a> {
             return Ok((found.to_vec(), true));
         }
         let four = |prefix: &str| ["x", "y", "z", "w"].iter().map(|a| self.ending(&format!("{prefix}{a}"))).collect();
-        let quaternion: Option<Vec<Column>> = ["orientation_", "rotation_", "q", "q_"].iter().find_map(|p| four(p));
-        let rpy = || ["roll", "pitch", "yaw"].iter().map(|a| self.ending(a)).collect::<Option<Vec<Column>>>();
+        let quaternion: Option<Vec<WrenchTableColumn>> =
+            ["orientation_", "rotation_", "q", "q_"].iter().find_map(|p| four(p));
+        let rpy =
+            || ["roll", "pitch", "yaw"].iter().map(|a| self.ending(a)).collect::<Option<Vec<WrenchTableColumn>>>();
         let found = quaternion.or_else(rpy);
         let found = found.ok_or_else(|| self.missing("of the orientation (qx, qy, qz, qw, or roll, pitch, yaw)"));
         Ok((found?, false))
     }
 
     fn missing(&self, what: &str) -> Error {
-        let there: Vec<&str> = self.table.header.iter().take(30).map(String::as_str).collect();
+        let there: Vec<&str> = self.table.header.iter().take(MAX_SHOWN_COLUMNS).map(String::as_str).collect();
         let message = format!(
             "no columns {what}; the columns are {}: rename those that are meant, or give their names by [options]",
             there.join(", ")
@@ -219,7 +231,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The matrix of a quaternion x y z w, of roll, pitch and yaw, or of a rotation vector.
+/// The matrix of a quaternion x y z w, of roll, pitch and yaw (rad), or of a rotation vector (rad).
 fn rotation(angles: &[f64], is_vector: bool) -> Result<[[f64; 3]; 3], String> {
     let &[x, y, z, w] = angles else {
         let angles = [0, 1, 2].map(|i| angles.get(i).copied().unwrap_or(0.0));

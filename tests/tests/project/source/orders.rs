@@ -12,7 +12,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         &[
             "graph",
             "function",
-            "choice",
+            "cheapest_forms",
             "forward",
             "fusion",
             "sine",
@@ -41,7 +41,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "parameter",
             "closure",
             "floating",
-            "habits",
+            "inertial_conventions",
             "lint",
             "angle_snap",
             "locked",
@@ -98,7 +98,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         "crates/logs",
         &[
             "error",
-            "abreast",
+            "parallel_series",
             "cleaning",
             "table",
             "columns",
@@ -162,7 +162,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         ],
     ),
     ("crates/experiments", &["motion", "plan", "excitation", "simulate"]),
-    ("crates/identification", &["signals", "rows", "estimators", "estimate", "portrait", "spectrum"]),
+    ("crates/identification", &["signals", "rows", "estimators", "estimate", "plot_data", "spectrum"]),
     (
         "crates/report",
         &[
@@ -195,7 +195,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page", "wings"],
     ),
     ("crates/wings/foreign", &["arrow", "mat", "sqlite", "collada", "par", "lib"]),
-    ("crates/wings/inspection", &["points", "request", "told_by"]),
+    ("crates/wings/inspection", &["points", "request", "predicted_accuracy"]),
     (
         "crates/wings/research",
         &[

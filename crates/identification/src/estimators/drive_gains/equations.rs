@@ -1,7 +1,7 @@
 //! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves.
 //!
-//! A triangle with the nuisance columns in front projects the nuisance out. The rows below them hold all that is left
-//! about the parameters. The last entry of the diagonal is what nothing explains.
+//! A triangle with the nuisance columns first projects the nuisance out. The rows below these columns contain all remaining
+//! information on the parameters. The last diagonal entry is the norm of the residual.
 
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
@@ -9,30 +9,35 @@ use numerics::vector::dot;
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointEquations {
-    /// p coefficients each.
+    /// The rows of D, p coefficients each.
     pub rows: Vec<Vec<f64>>,
     /// Torque of the known load, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
-    /// The coefficient of the gain, A, one per row.
+    /// Currents I, A, one per row.
     pub current: Vec<f64>,
-    /// `None`: the noise of each current is one.
-    pub scatter: Option<Scatter>,
+    /// `None`: the rows are scaled so that the noise of each current is 1.
+    pub scatter: Option<NoiseEvidence>,
 }
 
-/// The evidence for the noise of a joint, which is the same in all its rows.
+/// The data for the noise of a joint, which is equal in all its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Sum of squares of the currents that no parameters explain, left out of the rows.
+pub struct NoiseEvidence {
+    /// Sum of squares of the currents that no parameters explain, A^2; not part of the rows.
     pub left: f64,
-    /// How many independent equations the rows and `left` stand for.
+    /// Number of independent equations behind the rows and `left`.
     pub equations: f64,
 }
 
+/// Smallest mean square residual over the mean square current: the rounding is 1e-10 of the currents.
+const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
+/// Least number of equations for the noise, as a share of all equations, where the unknowns use up nearly all of them.
+const LEAST_EQUATIONS_SHARE: f64 = 0.1;
+
 impl JointEquations {
-    /// Takes nuisance columns out of equations: the rows of the triangle below those columns are left.
+    /// Equations without nuisance columns: the rows of the triangle below those columns.
     ///
-    /// `rows[r]` holds the nuisance, then p parameters. Its weight is known up to a factor, which follows from the
-    /// scatter. The known torque goes through the same triangle, behind the parameters.
+    /// `rows[r]` contains the nuisance, then p parameters. Its weight is known up to a factor, which follows from the
+    /// scatter. The known torque is a column of the same triangle, after the parameters.
     pub(crate) fn without_nuisance(
         rows: &[Vec<f64>],
         known: &[f64],
@@ -51,13 +56,13 @@ impl JointEquations {
         let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
         // Columns of other joints are empty here.
         let used = (0..nuisance).filter(|&c| triangle.column_norm(c) > 0.0).count();
-        // The last row is what neither parameters nor the known torque explain.
+        // The last row is the residual of parameters and known torque.
         let kept = nuisance..width + 1;
         JointEquations {
             rows: kept.clone().map(|i| (nuisance..width).map(|j| at(i, j)).collect()).collect(),
             known: kept.clone().map(|i| at(i, width)).collect(),
             current: kept.map(|i| at(i, width + 1)).collect(),
-            scatter: Some(Scatter {
+            scatter: Some(NoiseEvidence {
                 left: triangle.at(width + 1, width + 1).powi(2),
                 equations: rows.len().saturating_sub(used).max(1) as f64,
             }),
@@ -68,19 +73,17 @@ impl JointEquations {
         self.rows.iter().zip(&self.known).zip(&self.current).map(|((d, t), i)| (d, *t, *i))
     }
 
-    /// |I - g (D X + t)|^2 of the rows.
+    /// |I - g (D X + t)|^2 of the rows, with g = 1/k.
     pub(crate) fn squares(&self, x: &[f64], g: f64) -> f64 {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The noise at (X, g), where the unknowns use up `used` equations.
+    /// The standard deviation of the currents at (X, g), where the unknowns use up `used` equations.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
-        // The rounding of the currents is 1e-10 of them.
-        let left = (scatter.left + self.squares(x, g)).max(1e-20 * total);
-        // Where the unknowns use up nearly all equations, the residual is taken to stand for a tenth of them.
-        let equations = (scatter.equations - used).max(0.1 * scatter.equations);
+        let left = (scatter.left + self.squares(x, g)).max(ROUNDING_SQUARE_SHARE * total);
+        let equations = (scatter.equations - used).max(LEAST_EQUATIONS_SHARE * scatter.equations);
         (left / equations).sqrt().max(f64::MIN_POSITIVE)
     }
 }
@@ -96,7 +99,7 @@ mod tests {
         let (mut rows, mut known, mut current) = (vec![], vec![], vec![]);
         for _ in 0..40 {
             let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
-            // Part of the load's torque looks like friction.
+            // The torque of the load is correlated with friction.
             known.push(random.normal() + 2.0 * row[0]);
             current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4] + known[known.len() - 1]);
             rows.push(row);
@@ -108,7 +111,7 @@ mod tests {
             // Rounding of forty rows.
             assert!((torque - i).abs() < 1e-12);
         }
-        // Only the square of that rounding is left.
+        // The residual is the square of that rounding.
         assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 }

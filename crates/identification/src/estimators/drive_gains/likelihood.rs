@@ -1,20 +1,20 @@
-//! Torque per unit of current of each drive, with the parameters, from currents alone.
+//! Drive gains, N m/A, estimated together with the parameters from currents.
 //!
-//! The equation of joint j, with friction and other nuisance already projected out, is
+//! The equation of joint j, after projection of friction and other nuisance, is
 //!
 //! (D_j X + t_j) / k_j = I_j + noise,
 //!
-//! where t_j is the known torque of a load that was weighed. Currents alone determine everything up to one common
-//! factor, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Only the currents are noisy, so
-//! the maximum-likelihood estimate needs no scaling of columns,
+//! where t_j is the torque of a known load, N m. Currents alone determine gains and parameters up to one common factor,
+//! unless one gain is known or t is not zero [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the
+//! maximum-likelihood estimate needs no scaling of columns,
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
-//! by Gauss-Newton. It starts from least squares in torque, which shrinks k. s_j is one where the weights hold the
-//! noise; elsewhere it follows from what the present X and g leave of the joint.
+//! by Gauss-Newton. It starts from least squares in torque, which underestimates k. s_j is 1 where the weights contain the
+//! noise; otherwise it follows from the residual of the joint at the present X and g.
 //!
 //! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
-//! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them in another way.
+//! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them with another method.
 //!
 //! [Gautier, Vandanjon, Presse 1994; Vandanjon, Gautier, Desbats 1995, section 4.2]
 
@@ -26,7 +26,7 @@ use numerics::vector::dot;
 
 use crate::estimators::drive_gains::equations::JointEquations;
 
-/// Knowledge of a drive's gain, N m/A, before the data.
+/// Prior knowledge of a drive gain, N m/A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
     /// Given, without error.
@@ -47,23 +47,23 @@ impl Gain {
 /// Gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
-    /// N m per unit of current, one per joint; the known ones as given.
+    /// Gains, N m/A, one per joint; known gains as given.
     pub gain: Vec<f64>,
-    /// Standard deviations; 0 for a known gain.
+    /// Standard deviations of the gains, N m/A; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
-    /// Covariance of the logarithms of the gains for white noise, n x n; zero of a known gain.
+    /// Covariance of the logarithms of the gains for white noise, n x n; zero for a known gain.
     pub gain_covariance: DMatrix<f64>,
-    /// Whether the data determine the gain; true of a known one.
+    /// Whether the data determine the gain; true for a known one.
     pub gain_determined: Vec<bool>,
-    /// X, with these gains.
+    /// Parameters X with these gains.
     pub parameters: Vec<f64>,
-    /// Standard deviations of X with the uncertainty of the gains in them.
+    /// Standard deviations of X, including the uncertainty of the gains.
     pub deviation: Vec<f64>,
-    /// Covariance of X for white noise. The error of a gain moves the parameters of its joint together.
+    /// Covariance of X for white noise. The error of a gain changes the parameters of its joint together.
     pub covariance: DMatrix<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
-    /// Standard deviation of the currents, one per joint; 1 where the weights hold it.
+    /// Standard deviation of the currents, A, one per joint; 1 where the weights contain it.
     pub noise: Vec<f64>,
     /// Gauss-Newton steps; `None`: it did not converge.
     pub steps: Option<usize>,
@@ -71,13 +71,19 @@ pub struct DriveGains {
     pub condition_number: f64,
 }
 
-/// Most steps of the search.
-const MAX_STEPS: usize = 50;
+/// Largest number of Gauss-Newton steps.
+const MAX_GAUSS_NEWTON_STEPS: usize = 50;
+/// Largest relative change of a gain in one step, so that it keeps its sign.
+const LARGEST_GAIN_CHANGE: f64 = 0.5;
+/// The iteration ends where no unknown changes by more than this many standard deviations.
+const SETTLED_CHANGE_SIGMAS: f64 = 1e-6;
+/// The iteration ends where no gain changes by more than this, relative: the rounding of data without noise.
+const SETTLED_GAIN_CHANGE: f64 = 1e-10;
 
 /// Gains and parameters by maximum likelihood.
 ///
-/// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. The answer says what the
-/// data do not determine.
+/// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. Gains and parameters that the
+/// data do not determine are marked in the result.
 pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
     check_scale(joints, known)?;
     let n = joints.len();
@@ -88,23 +94,23 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
         (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
     };
+    // Gauss-Newton in (X, g), with the noise of each joint from its residual and degrees of freedom.
     let mut noise = noises(&x, &g, &|_| 0.0);
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
-    for step in 0..MAX_STEPS {
+    for step in 0..MAX_GAUSS_NEWTON_STEPS {
         last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
         let used = used(joints, &unknown, &x, &g, &noise, &last);
-        // A gain changes by at most half in one step, so it keeps its sign.
         let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
-        let length = if change > 0.5 { 0.5 / change } else { 1.0 };
+        let length = if change > LARGEST_GAIN_CHANGE { LARGEST_GAIN_CHANGE / change } else { 1.0 };
         x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
         unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
         noise = noises(&x, &g, &|j| used[j]);
-        // A step of a millionth of every standard deviation changes nothing; without noise, 1e-10 is rounding.
-        if in_sigmas(&last) < 1e-6 || change < 1e-10 {
+        if in_sigmas(&last) < SETTLED_CHANGE_SIGMAS || change < SETTLED_GAIN_CHANGE {
             steps = Some(step + 1);
             break;
         }
     }
+    // k = 1/g: sigma(k) = sigma(g) / g^2, cov(ln k_i, ln k_j) = cov(g_i, g_j) / (g_i g_j).
     let deviation = |c: usize| last.inverse[(c, c)].max(0.0).sqrt();
     let (mut gain_deviation, mut gain_determined) = (vec![0.0; n], vec![true; n]);
     for (i, &j) in unknown.iter().enumerate() {
@@ -132,7 +138,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// tr J_j C J_j' of the rows of each joint j: its share of the unknowns. The shares add up to the number of unknowns.
+/// tr J_j C J_j' of the rows of each joint j: the number of unknowns that it determines. Their sum is the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -148,30 +154,28 @@ fn used(
     (0..joints.len()).map(of_joint).collect()
 }
 
-/// The largest |step_c| / sqrt(C_cc) of what the equations determine.
+/// The largest |step_c| / sqrt(C_cc) of the determined unknowns.
 fn in_sigmas(step: &Solution) -> f64 {
     let determined = (0..step.x.len()).filter(|&c| step.determined[c] && step.inverse[(c, c)] > 0.0);
     determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
 }
 
-/// Refuses currents where nothing fixes the scale of the torques.
+/// Fails where nothing fixes the scale of the torques: no known or expected gain, and no known torque.
 fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     let n = joints.len();
     let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
     if known.len() != n || (!is_loaded && known.iter().all(|k| *k == Gain::Free)) {
         return Err(Error::new(format!(
-            "{n} drive gains, at least one of them known, or a known load are needed: currents alone leave the scale of \
-             all gains and masses free"
+            "{n} drive gains, at least one of them known, or a known load are needed: currents alone do not determine the common scale of gains and masses"
         )));
     }
     Ok(())
 }
 
-/// Least squares in torque, from which the iteration starts.
+/// Least squares in torque, the start of the iteration: (X, gains).
 ///
-/// Unknown gains multiply the noisy currents, and expected gains are held. Where no gain is known or expected, that of
-/// the joint with the most current is set to one, and the coefficient of the known torque says what it should have
-/// been.
+/// Unknown gains multiply the noisy currents, and expected gains are fixed. Where no gain is known or expected, the gain of
+/// the joint with the largest current is set to 1, and the coefficient of the known torque gives the common factor.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let mut held: Vec<Option<f64>> = known
@@ -200,7 +204,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // A gain that the equations leave at zero has to start somewhere.
+    // An undetermined gain of zero starts at 1.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -235,7 +239,7 @@ fn gauss_newton(
     solve(&block.finish())
 }
 
-/// Rows of joint j for the step of (X, g), over its noise.
+/// Rows of joint j for the step of (X, g), divided by its noise, with the residual of each.
 fn linearised(
     equations: &JointEquations,
     j: usize,
@@ -254,7 +258,7 @@ fn linearised(
     equations.each().map(row).collect()
 }
 
-/// Variance of a row's prediction.
+/// Variance of the prediction of a row.
 fn variance(row: &[f64], solution: &Solution) -> f64 {
     let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
     row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
@@ -272,7 +276,7 @@ pub(crate) mod tests {
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
     /// The first joint has hardly more rows than its own parameters, as on a real arm. With a load every experiment is
-    /// done twice.
+    /// repeated with it.
     pub(crate) fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
@@ -299,7 +303,7 @@ pub(crate) mod tests {
             let ml = drive_gains(&joints, &known).unwrap();
             assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
             for j in 0..3 {
-                // Noise of 1e-6 beside torques of some hundred.
+                // Noise of 1e-6, torques of some hundred.
                 assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
             }
             for c in 0..5 {
@@ -329,7 +333,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A load that is in every experiment is one more part of the robot, so it gives no scale.
+    /// A load that is in every experiment is like a part of the robot, so it does not fix the scale.
     #[test]
     fn the_scale_must_be_given() {
         let free = [Gain::Free; 3];

@@ -1,59 +1,60 @@
-//! Deviations of drive gains and parameters estimated together from logs of currents.
+//! Cluster-robust standard deviations of drive gains and parameters, estimated together from logs of currents.
 //!
-//! They are to be believed as those of `replicate_deviation`.
+//! The method is that of `replicate_deviation`.
 //!
 //! With g_j = 1/k_j and the weight w_j = 1 / (k_j s_j), the equation of joint j in `likelihood`, linearised at the
-//! answer, is
+//! solution, is
 //!
 //! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise.
 //!
-//! The logarithm of an unknown gain is one more parameter, and its column is the torque of its joint. Everything
-//! follows from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
+//! The logarithm of an unknown gain is an additional parameter, and its column is the torque of its joint. All products
+//! follow from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
 //!
-//! An expected gain is a row of its own, whose error is one deviation.
+//! An expected gain is a row of its own, whose error is one standard deviation.
 
 use linear_model::linear_model::Model;
 use nalgebra::DMatrix;
 use numerics::triangle::Triangle;
 
-use crate::estimators::clusters::{Cluster, Whole};
+use crate::estimators::clusters::{Cluster, FullNormalMatrix};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, of_clusters};
 use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::Observation;
 
 /// Rows of one joint that share an error.
-struct Rows {
+struct ReplicateRows {
     joint: usize,
-    /// The columns that are not zero in them.
+    /// The columns that are not zero in these rows.
     columns: Vec<usize>,
-    /// Products of these columns and, behind them, the current, (m + 1) x (m + 1).
+    /// Products of these columns and of the current as the last, (m + 1) x (m + 1).
     products: DMatrix<f64>,
 }
 
-/// The rows of logs of currents by what they share.
+/// The clusters of rows of logs of currents.
 pub struct Replicates {
-    /// By part of the record, the joints one by one.
-    parts: Vec<Vec<Rows>>,
-    /// By joint and band of its speed, and by joint and band of its position.
-    bands: [Vec<Rows>; 2],
+    /// By block of the record, the rows of each joint.
+    parts: Vec<Vec<ReplicateRows>>,
+    /// By joint and speed band, and by joint and position band.
+    bands: [Vec<ReplicateRows>; 2],
 }
 
 impl Replicates {
-    /// From rows whose right-hand side is the current; `bands` hold the current as the residual, with weights of one.
+    /// The clusters of rows whose right-hand side is the current; `bands` contain the current as the residual, with weights
+    /// of 1.
     pub fn of(model: &Model, observation: &Observation, bands: StateBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
             let all: Vec<usize> = columns.clone().chain([triangle.columns()]).collect();
             let entry = |i: usize, c: usize| if i <= all[c] { triangle.at(i, all[c]) } else { 0.0 };
             let rows = DMatrix::from_fn(triangle.columns() + 1, all.len(), entry);
-            Rows { joint, columns: columns.collect(), products: rows.tr_mul(&rows) }
+            ReplicateRows { joint, columns: columns.collect(), products: rows.tr_mul(&rows) }
         };
         let of_band = |(joint, products): (usize, Vec<f64>)| {
             let columns = model.layout.joints[joint].columns.clone();
             let m = columns.len() + 1;
             let products = DMatrix::from_fn(m, m, |i, j| products[i.max(j) * m + i.min(j)]);
-            Rows { joint, columns, products }
+            ReplicateRows { joint, columns, products }
         };
         let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
         let mut of = [Vec::new(), Vec::new()];
@@ -61,17 +62,18 @@ impl Replicates {
         Replicates { parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(), bands: of }
     }
 
-    /// Deviations of the parameters at an answer, then of the logarithms of the gains that were not known.
+    /// Standard deviations of the parameters at a solution, then of the logarithms of the unknown gains.
     ///
-    /// Beside an expected gain, `discounts` equations counted as one.
+    /// For each joint, `discounts` equations count as one compared with an expected gain.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();
         let width = p + unknown.len();
         let relative = |j: usize| found.gain_deviation[j] / found.gain[j].abs();
         let white: Vec<f64> = found.deviation.iter().copied().chain(unknown.iter().map(|&j| relative(j))).collect();
-        let cluster = |rows: &Rows| rows.linearised(found, unknown.iter().position(|&j| j == rows.joint));
-        let of_part = |part: &Vec<Rows>| Cluster::sum(width, &part.iter().map(cluster).collect::<Vec<Cluster>>());
+        let cluster = |rows: &ReplicateRows| rows.linearised(found, unknown.iter().position(|&j| j == rows.joint));
+        let of_part =
+            |part: &Vec<ReplicateRows>| Cluster::sum(width, &part.iter().map(cluster).collect::<Vec<Cluster>>());
         let parts: Vec<Cluster> = self.parts.iter().map(of_part).collect();
         let bands = self.bands.each_ref().map(|rows| rows.iter().map(cluster).collect());
         let expected: Vec<Cluster> = unknown
@@ -83,7 +85,7 @@ impl Replicates {
             })
             .map(|(column, row, s)| Cluster::of_products(vec![column], &[s * row * row, 0.0, s * row, 0.0]))
             .collect();
-        let whole = Whole::of_clusters(width, parts.iter().chain(&expected));
+        let whole = FullNormalMatrix::of_clusters(width, parts.iter().chain(&expected));
         let mut deviation = of_clusters(&whole, &parts, bands, 1.0, white);
         let of_expected = whole.variance(&expected, 0.0, 0.0);
         for by_cluster in [&mut deviation.by_part, &mut deviation.by_speed, &mut deviation.by_position] {
@@ -93,8 +95,8 @@ impl Replicates {
     }
 }
 
-impl Rows {
-    /// A_g and W_g' e_g of these columns and, behind all parameters, of the gain where it is the `gain`-th unknown one.
+impl ReplicateRows {
+    /// A_g and W_g' e_g of these columns and, after all parameters, of the gain where it is the `gain`-th unknown one.
     fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
         let (m, p) = (self.columns.len(), found.parameters.len());
         let k = found.gain[self.joint];

@@ -1,13 +1,14 @@
 //! The drive gains of `likelihood` by mixed least squares and total least squares.
 //!
 //! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains
-//! are known. D and the known torque t are exact, the currents are noisy. A projection takes the exact columns out. The
-//! gains are the direction of the least singular value of the rest [Van Huffel, Vandewalle 1991], after column c is
-//! scaled by G_c^-1/2. G_c = sum over its rows of diag(1 - Q Q') is the noise that is left in the column. The unscaled
-//! solution is biased, because the parameters use up the rows of the joints unequally. Where gains are known, t is part
-//! of y. Where none is known, t is an exact column and its coefficient fixes the scale.
+//! are known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the complement
+//! of the exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel,
+//! Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c = sum over its rows of diag(1 - Q Q') is the variance of the
+//! noise in the projected column. Without scaling the solution is biased, because the parameters use up unequal shares of
+//! the rows of the joints. Where gains are known, t is part of y. Where none is known, t is an exact column and its
+//! coefficient fixes the scale.
 //!
-//! Maximum likelihood needs no such argument and gives deviations; this file is its independent check.
+//! Maximum likelihood needs no scaling and gives standard deviations; this file is an independent check of it.
 
 use nalgebra::{DMatrix, Dyn, SVD};
 
@@ -17,23 +18,27 @@ use crate::estimators::drive_gains::likelihood::{Gain, least_squares};
 /// The scaling of the columns of currents in total least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scaling {
-    /// To the noise left in each column.
+    /// To the noise of each projected column.
     Noise,
-    /// Not at all: biased where the noise is large.
+    /// No scaling: biased where the noise is large.
     None,
 }
 
-/// Singular values of the exact columns below this share of the largest are rounding.
+/// Singular values of the exact columns below this share of the largest count as rounding.
 const RELATIVE_RANK_TOLERANCE: f64 = 1e-10;
+/// Smallest noise variance of a projected column, relative to its noise.
+const SMALLEST_NOISE_VARIANCE: f64 = 1e-12;
+/// A direction whose coefficient of the scale is below this does not fix the scale.
+const SMALLEST_SCALE_COEFFICIENT: f64 = 1e-12;
 
-/// An orthonormal basis of the columns, singular values below `tolerance` left out.
+/// An orthonormal basis of the columns without singular values below `tolerance`.
 fn range(svd: &SVD<f64, Dyn, Dyn>, tolerance: f64) -> Option<DMatrix<f64>> {
     let u = svd.u.as_ref()?;
     let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
     Some(DMatrix::from_fn(u.nrows(), kept.len(), |r, c| u[(r, kept[c])]))
 }
 
-/// The direction d of least |rest d|, where d over the scale of the columns has unit length.
+/// The direction d with the smallest |rest d|, where d divided by the scale of the columns has unit norm.
 fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     let scaled = DMatrix::from_fn(rest.nrows(), rest.ncols(), |r, c| rest[(r, c)] * scale[c]);
     let values = scaled.svd(false, true);
@@ -45,7 +50,7 @@ fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
 fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: usize) -> Vec<f64> {
     let left = |r: usize| 1.0 - basis.row(r).norm_squared();
     let of_column = |c: usize| (0..basis.nrows()).filter(|&r| column(r) == c).map(left).sum::<f64>();
-    (0..columns).map(|c| 1.0 / of_column(c).max(1e-12).sqrt()).collect()
+    (0..columns).map(|c| 1.0 / of_column(c).max(SMALLEST_NOISE_VARIANCE).sqrt()).collect()
 }
 
 /// Gains and parameters; an expected gain counts as free.
@@ -68,7 +73,7 @@ pub fn gains_by_total_least_squares(
     if count <= p + currents {
         return None;
     }
-    // Rows are divided by the first guess of the gain, so that the noise of every current is one.
+    // Rows are divided by the initial gain, so that the noise of every current is 1.
     let weight = |j: usize| 1.0 / start[j].abs();
     let torque = |(j, r): (usize, usize)| joints[j].known[r] * weight(j);
     let exact = DMatrix::from_fn(count, p + usize::from(!has_known), |r, c| {
@@ -85,7 +90,7 @@ pub fn gains_by_total_least_squares(
             None => -torque(place[r]),
         }
     });
-    // What the exact columns leave of the noisy ones.
+    // Projection of the noisy columns onto the complement of the exact ones.
     let svd = exact.svd(true, true);
     let tolerance = RELATIVE_RANK_TOLERANCE * svd.singular_values.max();
     let basis = range(&svd, tolerance)?;
@@ -96,15 +101,15 @@ pub fn gains_by_total_least_squares(
         Scaling::Noise => noise_scale(&basis, column, currents),
     };
     let direction = least_direction(&rest, &scale)?;
-    // The exact columns explain what the noisy ones leave in this direction.
+    // X by least squares: the exact columns explain the noisy ones in this direction.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };
-    if unit.abs() < 1e-12 {
+    if unit.abs() < SMALLEST_SCALE_COEFFICIENT {
         return None;
     }
     let mut gains: Vec<f64> = known.iter().map(|k| if let Gain::Known(k) = k { *k } else { 1.0 }).collect();
-    // Rows are divided by start_j but currents are not, so the direction is the ratio of the gain to its first guess.
+    // Rows are divided by start_j but currents are not, so the direction is the ratio of the gain to its initial value.
     unknown.iter().enumerate().for_each(|(c, &j)| gains[j] = direction[c] / unit / weight(j));
     Some((gains, x.iter().take(p).map(|x| x / unit).collect()))
 }
@@ -121,7 +126,7 @@ mod tests {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
             let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
             let (gains, x) = gains_by_total_least_squares(&joints, &known, Scaling::Noise).unwrap();
-            // Noise of 1e-6 beside torques of some hundred.
+            // Noise of 1e-6, torques of some hundred.
             assert!(gains.iter().zip(GAINS).all(|(k, truth)| (k - truth).abs() < 1e-7), "{gains:?}");
             assert!(x.iter().zip(TRUTH).all(|(x, truth)| (x - truth).abs() < 1e-7), "{x:?}");
         }

@@ -1,68 +1,66 @@
-//! Which effect the model lacks, where it lacks something: late torques, ripple, springs, eccentric encoders, joints that
-//! bend, play.
+//! The effect that the model most likely lacks: late torques, ripple, springs, eccentric encoders, elastic joints, play.
 //!
-//! Each candidate joins the fit with the columns of `effects`, all joints at once, and everything else is chosen again.
-//! Two figures judge it, both against the noise that was measured: the share that it takes away of what chi^2 per freedom is
-//! above 1, which noise alone gives,
+//! Each candidate is added to the fit with its columns (`effects`), for all joints at once, and friction and weights are
+//! chosen again. Two numbers decide, both with the measured noise: the share of the excess of chi^2 per freedom over 1
+//! (the value for noise alone) that the candidate explains,
 //!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1),
-//! and how likely it is that its m columns take as much from a residual that has nothing to do with them,
+//! and the probability that its m columns explain as much of an independent residual, by
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
-//! The candidate with the largest share is the cause, if it takes at least `NAMED_CAUSE_SHARE` and F is beyond
+//! The candidate with the largest share is the cause, if the share is at least `NAMED_CAUSE_SHARE` and F is significant at
 //! `SIGNIFICANCE_LEVEL`.
 //!
-//! The share decides. What a model lacks is no noise, so over some hundred rows F lets pass any column that resembles
-//! it a little. A cause that leaves half of the residual where it was is at most one of several. F protects where the
-//! rows are few. Its level is one in a thousand. For ripple as many periods are tried as a joint can show, and the
-//! level is that of all of them together (Bonferroni).
+//! The share is the stronger criterion. The residual is not noise, so over some hundred rows any column with a small
+//! correlation has a significant F. A cause that explains less than half is at most one of several. F is needed where the
+//! rows are few. Its level is one in a thousand. For ripple many numbers of periods are tried, and the level holds for all
+//! of them together (Bonferroni).
 //!
-//! A spring and a gap look alike where the torque has nearly two values only, as in a bang-bang motion. Play is then
-//! told from the spring behind it only where its gap is wider than what the spring yields.
+//! The columns of a spring and of a gap are correlated where the torque has nearly two values only, as in a bang-bang
+//! motion. Play is then separable from the spring only where its gap is wider than the deflection of the spring.
 //!
-//! Ripple of k periods a turn is tried at a joint on two conditions. The motions of the joint hold half a period, k
-//! range(q) >= pi, since less may be taken for gravity. The equations reach it, k rms(dq) <= 2 pi f for their highest
-//! frequency f.
+//! Ripple of k periods per turn is tried at a joint on two conditions. The motions of the joint cover half a period, k
+//! range(q) >= pi, since less is correlated with gravity. The band of the equations contains it, k rms(dq) <= 2 pi f for
+//! their highest frequency f.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::student::exceeded;
 use numerics::vector::dot;
 
-use crate::estimate::passport::{Basis, square};
+use crate::estimate::log_check::{Basis, square};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
-use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Share of chi^2 per freedom above that of noise that a cause must take away to be named. With half it explains more than all others
-/// together.
+/// Least share of the excess of chi^2 per freedom over noise that a named cause must explain. With half it explains more than
+/// all other effects together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
-/// Probability of an F by chance below which columns count.
+/// Probability of F by chance below which columns are significant.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
-/// Most periods a turn that are tried. No encoder resolves ripple of more.
+/// Largest number of ripple periods per turn that is tried. No encoder resolves more.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named only where its size is beyond this many deviations, which is `SIGNIFICANCE_LEVEL` of a normal
-/// error.
+/// A joint is named where its size exceeds this many standard deviations: `SIGNIFICANCE_LEVEL` of a normal error.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
-/// A joint is named only where its columns carry this share of what those of the strongest joint carry. Less is a trace
-/// of another joint.
-const TRACE_CARRIED_SHARE: f64 = 0.02;
+/// A joint is named where the squared torque of its columns is at least this share of the strongest joint. Less is cross
+/// talk of another joint.
+const LEAST_SQUARE_SHARE: f64 = 0.02;
 
-/// What the model most likely lacks.
+/// The effect that the model most likely lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
-    /// The effect by joint, with its sizes; only joints that show it.
+    /// The effect by joint, with its sizes; only joints with a significant size.
     pub effects: Vec<EffectSize>,
-    /// Frequency of each effect, Hz: of a spring and the inertia behind it, with the motor held. `None` where it is no
-    /// spring.
+    /// By effect, the natural frequency of an elastic joint and the inertia behind it with locked motor, Hz; otherwise
+    /// `None`.
     pub frequency: Vec<Option<f64>>,
-    /// Share of chi^2 per freedom above that of noise that it takes away.
+    /// Share of the excess of chi^2 per freedom over noise that it explains.
     pub explained: f64,
-    /// By how much the base parameters move with it.
+    /// Change of the base parameters when it is included.
     pub shift: Vec<f64>,
 }
 
 impl HarmonicData<'_> {
-    /// The cause of what `fit` leaves; `None` where none of the candidates is good enough.
-    pub(crate) fn cause(&self, fit: &Fit, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
+    /// The cause of the residual of `fit`; `None` where no candidate meets both criteria.
+    pub(crate) fn cause(&self, fit: &IterationState, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
         let joints = 0..self.n;
         let mut candidates: Vec<Vec<Effect>> = vec![
             vec![Effect::Delay],
@@ -80,16 +78,22 @@ impl HarmonicData<'_> {
             .filter(|cause| cause.explained >= NAMED_CAUSE_SHARE)
     }
 
-    /// The cause that a fit with these effects finds; `None` where chance may have done it.
-    fn with(&self, effects: &[Effect], fit: &Fit, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
+    /// The cause by a fit with these effects; `None` where it is not significant.
+    fn with(
+        &self,
+        effects: &[Effect],
+        fit: &IterationState,
+        left: &Misfit,
+        options: &HarmonicOptions,
+    ) -> Option<Cause> {
         let all = [&options.effects, effects].concat();
         let options = HarmonicOptions { effects: all, ..options.clone() };
         let mut data = self.clone();
         let with = data.fitted(&options)?;
-        let misfit = data.squares_left(&with);
+        let misfit = data.residual_squares(&with);
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
-        // Not a number is no evidence.
+        // NaN counts as not significant.
         let is_beyond = exceeded(f, columns as f64, misfit.freedom) < SIGNIFICANCE_LEVEL;
         let explained = 1.0 - (misfit.total - 1.0).max(0.0) / (left.total - 1.0);
         if !is_beyond || !explained.is_finite() {
@@ -98,26 +102,26 @@ impl HarmonicData<'_> {
         let sizes: Vec<EffectSize> = data.effect_sizes(&with).split_off(options.effects.len() - effects.len());
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
-        let is_told = |(size, carried): (&EffectSize, &f64)| {
-            // What a joint yields, the width of a gap and the stiffness of a spring are positive. Another sign is something
-            // else, and damping alone is no spring.
+        let is_significant = |(size, carried): (&EffectSize, &f64)| {
+            // Compliance, width of a gap and stiffness are positive. A negative value is another effect, and damping alone
+            // is no spring.
             let is_positive = size.effect.is_positive();
-            let told = if is_positive { 1 } else { size.values.len() };
+            let tested = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
                 if is_positive { *x > NAMED_JOINT_SIGMAS * s } else { x.abs() > NAMED_JOINT_SIGMAS * s }
             };
-            *carried >= TRACE_CARRIED_SHARE * most && size.values.iter().zip(&size.deviations).take(told).any(beyond)
+            *carried >= LEAST_SQUARE_SHARE * most && size.values.iter().zip(&size.deviations).take(tested).any(beyond)
         };
-        let named: Vec<bool> = sizes.iter().zip(&carried).map(is_told).collect();
+        let named: Vec<bool> = sizes.iter().zip(&carried).map(is_significant).collect();
         let mut named = named.into_iter();
-        let told: Vec<EffectSize> = sizes.into_iter().filter(|_| named.next() == Some(true)).collect();
-        let frequency = told.iter().map(|size| data.frequency(size, &with.x)).collect();
+        let significant: Vec<EffectSize> = sizes.into_iter().filter(|_| named.next() == Some(true)).collect();
+        let frequency = significant.iter().map(|size| data.frequency(size, &with.x)).collect();
         let shift = (0..self.p).map(|c| with.x[c] - fit.x[c]).collect();
-        (!told.is_empty()).then_some(Cause { effects: told, frequency, explained, shift })
+        (!significant.is_empty()).then_some(Cause { effects: significant, frequency, explained, shift })
     }
 
-    /// Weighted squares of what an effect adds to the model.
-    fn carried(&self, fit: &Fit, size: &EffectSize) -> f64 {
+    /// Sum of weighted squares of the torque of an effect.
+    fn carried(&self, fit: &IterationState, size: &EffectSize) -> f64 {
         let place = self.effects.iter().position(|e| *e == size.effect).unwrap_or(0);
         let first: usize = self.effects[..place].iter().map(|e| e.columns()).sum();
         let of = |(rows, deviation): (&Vec<Vec<f64>>, &Vec<f64>)| -> f64 {
@@ -128,7 +132,8 @@ impl HarmonicData<'_> {
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
     }
 
-    /// sqrt(K / M) / 2 pi of a spring, M the mean inertia behind it over the experiments that move it.
+    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint, Hz, with M the mean inertia behind it over its experiments;
+    /// `None` for other effects.
     fn frequency(&self, size: &EffectSize, x: &[f64]) -> Option<f64> {
         let (Effect::Elastic { joint }, Some(&yielding)) = (size.effect, size.values.first()) else { return None };
         let moved: Vec<f64> =
@@ -138,21 +143,22 @@ impl HarmonicData<'_> {
         (square.is_finite() && square > 0.0).then(|| square.sqrt() / std::f64::consts::TAU)
     }
 
-    /// The joints with ripple, and its periods a turn.
+    /// The joints with ripple, and its periods per turn.
     ///
-    /// The ripple is looked for beside the friction of equation (5) alone, since drift and load would take it up. The
-    /// joint and the periods that explain most go first. Then each joint is looked at again beside the others.
+    /// Ripple is searched with the friction of equation (5) alone, since drift and load are correlated with it. The joint and
+    /// the number of periods that explain most are taken first. Then each joint is searched again with the other joints'
+    /// ripple included.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };
-        // What a fit without ripple leaves of its rows.
-        let fit = Fit::new(self, &shape, &plain, self.deviations(None));
+        // Residuals of a fit without ripple.
+        let fit = IterationState::new(self, &shape, &plain, self.deviations(None));
         let (mut rows, mut left) = (Vec::new(), Vec::new());
         fit.each_equation(self, |_, row, known, y| {
             left.push(y - known - dot(row, &fit.x));
             rows.push(row.to_vec());
         });
-        // Waves are judged beside the columns of the fit and the waves of the other joints.
+        // Waves are projected onto the complement of the columns of the fit and of the other joints' waves.
         let columns: Vec<Vec<f64>> = (0..fit.x.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
         let mut found: Vec<Option<Wave>> = vec![None; self.n];
         let look = |joint: usize, found: &[Option<Wave>]| {
@@ -161,7 +167,7 @@ impl HarmonicData<'_> {
             let basis = Basis::of(columns.iter().chain(others).cloned().collect());
             self.wave(joint, &fit, options, &basis, &left)
         };
-        // One joint after the other, the one whose ripple explains most first.
+        // Forward selection by joint, the largest explained square first.
         for _ in 0..self.n {
             let open = (0..self.n).filter(|&j| found[j].is_none());
             let waves = open.filter_map(|j| Some((j, look(j, &found)?)));
@@ -170,7 +176,7 @@ impl HarmonicData<'_> {
             };
             found[joint] = Some(wave);
         }
-        // Each joint once more: the first was found while the others were still without ripple.
+        // Each joint again, since the first ones were found without the ripple of the others.
         for joint in 0..self.n {
             found[joint] = look(joint, &found);
         }
@@ -178,8 +184,16 @@ impl HarmonicData<'_> {
         found.iter().enumerate().filter_map(|(j, wave)| Some((j, wave.as_ref()?))).map(effect).collect()
     }
 
-    /// The ripple of a joint that explains most of `left` beside the columns of `basis`; `None` where it may be chance.
-    fn wave(&self, joint: usize, fit: &Fit, options: &HarmonicOptions, basis: &Basis, left: &[f64]) -> Option<Wave> {
+    /// The ripple of a joint that explains most of the residual `left`, given the columns of `basis`; `None` where it is not
+    /// significant.
+    fn wave(
+        &self,
+        joint: usize,
+        fit: &IterationState,
+        options: &HarmonicOptions,
+        basis: &Basis,
+        left: &[f64],
+    ) -> Option<Wave> {
         let left = basis.without(left.to_vec());
         let tried = self.periods(joint, options);
         let of = |periods: usize| {
@@ -194,7 +208,7 @@ impl HarmonicData<'_> {
         (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
-    /// The periods a turn that the motion of a joint can show.
+    /// The range of ripple periods per turn that the motion of a joint can excite.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =
@@ -207,8 +221,8 @@ impl HarmonicData<'_> {
         least as usize..(most as usize + 1).max(least as usize)
     }
 
-    /// The columns of ripple of a joint, weighted as the rows of the fit.
-    fn wave_columns(&self, joint: usize, periods: f64, fit: &Fit, rows: usize) -> Vec<Vec<f64>> {
+    /// The columns of ripple of a joint, with the weights of the fit.
+    fn wave_columns(&self, joint: usize, periods: f64, fit: &IterationState, rows: usize) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; rows]; Effect::Ripple { joint, periods }.columns()];
         let mut first = 0;
         for (s, deviation) in self.spectra.iter().zip(&fit.deviation) {
@@ -223,7 +237,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Ripple of one joint, and the squares that it explains.
+/// Ripple of one joint, and the weighted squares that it explains.
 #[derive(Clone)]
 struct Wave {
     periods: usize,

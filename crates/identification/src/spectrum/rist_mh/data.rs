@@ -1,4 +1,4 @@
-//! The data of RIST-MH: the spectra of every experiment and joint, and the choices open to the search.
+//! The data of RIST-MH: the spectra of all experiments and joints, and the options of the search.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::paper_rows::EquationBlock;
@@ -8,24 +8,24 @@ use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
 use crate::spectrum::rist_mh::effects::Effect;
 
-/// The unknowns beside the parameters, and the choices of the search.
+/// The options of RIST-MH: unknowns other than parameters, and the choices of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
-    /// Which harmonics are used.
+    /// The frequency band.
     pub band: Band,
-    /// Velocities over which the sign of friction may turn, rad/s; the best by BIC is used.
+    /// Candidate widths of the velocity interval in which the sign of friction changes, rad/s; BIC selects one.
     pub rest_velocities: Vec<f64>,
-    /// Stribeck velocities tried, rad/s.
+    /// Candidate Stribeck velocities, rad/s.
     pub stribeck_velocities: Vec<f64>,
-    /// Try Coulomb friction that grows with the load.
+    /// Whether to try Coulomb friction that grows with the load.
     pub load: bool,
-    /// Let friction differ from experiment to experiment.
+    /// Whether friction may drift from experiment to experiment.
     pub drift: bool,
-    /// Let the weights count the noise of the position, and what each joint's rows leave unexplained.
+    /// Whether the weights contain the noise of the position and the residual of each joint.
     pub weights: bool,
-    /// Let the motion end at another position or velocity than it began with.
+    /// Whether the motion may end in another position or velocity than it starts with.
     pub ends: bool,
-    /// Effects beside friction that are estimated with the rest.
+    /// Effects other than friction that are estimated too.
     pub effects: Vec<Effect>,
 }
 
@@ -46,13 +46,13 @@ impl Default for HarmonicOptions {
 
 /// Highest frequency of the equations where links are behind springs or gaps, Hz.
 ///
-/// Above it a link follows its own yielding more than its motor. R3G with joints of 12 Hz errs by 0.08 % with a chi^2
-/// of 5; with equations up to 20 Hz, by 0.19 % with 28. Joints of 15 and 25 Hz err by 0.14 and 0.10 %; with equations
-/// up to 20 Hz, by 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
+/// Above it the motion of a link depends more on the deflection than on the motor. R3G with joints of 12 Hz has an error of
+/// 0.08 % with a chi^2 of 5; with equations up to 20 Hz, 0.19 % with 28. Joints of 15 and 25 Hz have errors of 0.14 and
+/// 0.10 %; with equations up to 20 Hz, 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
 const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {
-    /// Estimates these effects with the rest; behind springs and gaps the equations end earlier.
+    /// The options with additional effects; with springs and gaps the equations have a lower highest frequency.
     pub fn with_effects(mut self, effects: Vec<Effect>) -> HarmonicOptions {
         if effects.iter().any(|e| matches!(e, Effect::Elastic { .. } | Effect::Play { .. })) {
             self.band.equations = self.band.equations.min(MAX_YIELDING_FREQUENCY_HZ);
@@ -61,7 +61,7 @@ impl HarmonicOptions {
         self
     }
 
-    /// Equation (5) alone, the same in all experiments, weights of the torque noise.
+    /// The options with friction of equation (5) only, without drift, and weights by the torque noise.
     pub fn plain() -> HarmonicOptions {
         HarmonicOptions {
             rest_velocities: vec![0.005],
@@ -86,13 +86,13 @@ pub struct HarmonicData<'a> {
     pub(crate) spectra: Vec<JointSpectrum>,
     /// The gravity rows of each sweep, in the unit of the currents.
     pub(crate) sweeps: Vec<EquationBlock>,
-    /// Of each sweep what these rows make of a spring of 1 N m/rad.
+    /// By sweep, the column of a spring of 1 N m/rad in these rows.
     pub(crate) swept_springs: Vec<Vec<f64>>,
     pub(crate) noise: NoiseLevels,
-    /// The noise of the harmonics that give equations.
+    /// The noise of the harmonics of the equations.
     pub(crate) noise_of_band: NoiseLevels,
     pub(crate) gain: Vec<f64>,
-    /// The effects that are in the fit, and their columns: `[spectrum][row][column]`, N m per unit.
+    /// The effects of the fit, and their columns: `[spectrum][row][column]`, N m per unit.
     pub(crate) effects: Vec<Effect>,
     pub(crate) effect_rows: Vec<Vec<Vec<f64>>>,
 }

@@ -1,8 +1,8 @@
 //! Gauss-Newton of RIST-MH for one shape of friction: rows, weights, drift.
 //!
 //! The model tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise is linearised about the present u and f: tau_ej + u C
-//! f = D_ej X + (1 + u) C f' + (C f) u'. A further row holds each u' to zero by 1/s. `search` says what is estimated
-//! and why.
+//! f = D_ej X + (1 + u) C f' + (C f) u'. An additional row with weight 1/s regularises each u' towards zero. `search`
+//! explains the method.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -13,10 +13,18 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::layout::Layout;
 
-/// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
+/// Largest number of steps of the evidence iteration, whose error halves in each step.
 const DRIFT_ITERATIONS: usize = 12;
-/// A relative spread below this is no drift.
-const SMALLEST_DRIFT_SPREAD: f64 = 2e-3;
+/// A relative standard deviation of drifts below this counts as no drift.
+const SMALLEST_DRIFT_SIGMA: f64 = 2e-3;
+/// Initial relative standard deviation of drifts.
+const INITIAL_DRIFT_SIGMA: f64 = 0.1;
+/// The evidence iteration ends where the standard deviation changes by less than this, relative.
+const SETTLED_DRIFT_CHANGE: f64 = 1e-3;
+/// Least number of drifts that the data determine, against division by zero.
+const LEAST_DETERMINED_DRIFTS: f64 = 1e-3;
+/// Least share of rows that count as degrees of freedom.
+const LEAST_FREE_SHARE: f64 = 0.1;
 
 /// The joint and the cluster of an equation.
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +35,11 @@ pub struct Owner {
     pub cluster: usize,
 }
 
-/// A weighted equation whose unknowns are those of the fit, then the gains that are estimated.
+/// A weighted equation in the unknowns of the fit, followed by the unknown gains.
 pub struct GainEquation {
-    /// Its joint and cluster; `None` where it holds an expected gain to its value.
+    /// Its joint and cluster; `None` for the row of an expected gain.
     pub owner: Option<Owner>,
-    /// The spectrum and its row. `None` for a sweep, and where an unknown is held to a value.
+    /// The spectrum and its row. `None` for a sweep, and for a row that regularises an unknown.
     pub place: Option<(usize, usize)>,
     /// The coefficients.
     pub coefficients: Vec<f64>,
@@ -40,15 +48,15 @@ pub struct GainEquation {
 }
 
 /// The state of the iteration for one shape.
-pub(crate) struct Fit {
+pub(crate) struct IterationState {
     pub shape: FrictionShape,
-    /// Whether the motion may end otherwise than it began.
+    /// Whether the motion may end in another state than it starts with.
     ends: bool,
     /// Rows of the friction columns of each spectrum.
     friction: Vec<Vec<Vec<f64>>>,
     pub deviation: Vec<Vec<f64>>,
     pub x: Vec<f64>,
-    /// Where the unknowns of `x` stand.
+    /// Positions of the unknowns in `x`.
     pub layout: Layout,
     drift: Vec<f64>,
     spread: f64,
@@ -56,20 +64,20 @@ pub(crate) struct Fit {
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Effective number of unknowns: a drift counts by the share that the data decide.
+    /// Effective number of unknowns: a drift counts by the share that the data determine.
     effective: f64,
 }
 
-impl Fit {
-    /// Iterates to the end for one shape; `deviation` is that of each row of each spectrum.
+impl IterationState {
+    /// The converged fit for one shape; `deviation`: standard deviation of each row of each spectrum, N m.
     pub(crate) fn new(
         data: &HarmonicData,
         shape: &FrictionShape,
         options: &HarmonicOptions,
         deviation: Vec<Vec<f64>>,
-    ) -> Fit {
+    ) -> IterationState {
         let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
-        let mut fit = Fit {
+        let mut fit = IterationState {
             shape: *shape,
             ends: options.ends,
             friction,
@@ -83,15 +91,15 @@ impl Fit {
             rows: 0,
             effective: 0.0,
         };
-        // Without a spread there is no drift u: this fit gives f, about which u is linearised.
+        // The first fit has no drift u. It gives f, about which the drift is linearised.
         fit.solve(data);
         if options.drift {
-            // The spread s of the drifts is estimated from them, until it stands still or is none.
-            fit.spread = 0.1;
+            // The standard deviation s of the drifts is estimated until it converges or vanishes.
+            fit.spread = INITIAL_DRIFT_SIGMA;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
                 fit.solve(data);
-                if fit.spread < SMALLEST_DRIFT_SPREAD || (fit.spread - before).abs() < 1e-3 * before {
+                if fit.spread < SMALLEST_DRIFT_SIGMA || (fit.spread - before).abs() < SETTLED_DRIFT_CHANGE * before {
                     break;
                 }
             }
@@ -100,29 +108,30 @@ impl Fit {
     }
 
     pub(crate) fn has_drift(&self) -> bool {
-        self.spread >= SMALLEST_DRIFT_SPREAD
+        self.spread >= SMALLEST_DRIFT_SIGMA
     }
 
-    /// 1 + u of a spectrum.
+    /// Factor 1 + u of the friction of a spectrum.
     pub(crate) fn scale(&self, spectrum: usize) -> f64 {
         1.0 + self.drift[spectrum]
     }
 
-    /// s; zero where there is no drift.
+    /// Standard deviation s of the drifts; zero where there is no drift.
     pub(crate) fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
     }
 
+    /// BIC: chi^2 + (effective number of unknowns) ln(rows).
     pub(crate) fn criterion(&self) -> f64 {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
-    /// Share of the rows that no unknown takes up.
+    /// Degrees of freedom over the number of rows.
     pub(crate) fn free_share(&self) -> f64 {
-        (1.0 - self.effective / self.rows.max(1) as f64).max(0.1)
+        (1.0 - self.effective / self.rows.max(1) as f64).max(LEAST_FREE_SHARE)
     }
 
-    /// The deviations, scaled joint by joint to what the rows leave unexplained.
+    /// The standard deviations of the rows, scaled by joint to the residuals, N m.
     pub(crate) fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = self.free_share();
         let factor = |joint: usize| {
@@ -137,13 +146,13 @@ impl Fit {
         data.spectra.iter().zip(&self.deviation).map(scaled).collect()
     }
 
-    /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
+    /// By spectrum, the sum of squared residuals over these standard deviations of the rows.
     pub(crate) fn squares_by(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<f64> {
         let residuals = self.residuals(data, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
-    /// The residuals over these deviations of the rows, spectrum by spectrum.
+    /// By spectrum, the residuals over these standard deviations of the rows.
     pub(crate) fn residuals(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -164,7 +173,7 @@ impl Fit {
         data.spectra.iter().enumerate().map(of).collect()
     }
 
-    /// Where the unknowns of the present fit stand.
+    /// Positions of the unknowns of the present fit.
     pub(crate) fn layout_of(&self, data: &HarmonicData) -> Layout {
         Layout {
             base: data.p,
@@ -185,7 +194,7 @@ impl Fit {
         block.finish()
     }
 
-    /// The same rows one by one. `take` gets the owner, the coefficients, the known torque and the right-hand side.
+    /// Calls `take` for each linearised, weighted row with its owner, coefficients, known torque and right-hand side.
     pub(crate) fn each_equation(&self, data: &HarmonicData, mut take: impl FnMut(Owner, &[f64], f64, f64)) {
         let at = self.layout_of(data);
         let first_drift = at.drifts().start;
@@ -220,7 +229,7 @@ impl Fit {
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
-        // The rows of gravity, which have no friction.
+        // Rows of gravity, without friction.
         for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
@@ -235,7 +244,7 @@ impl Fit {
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
-        // u' / s = 0 holds each drift to zero.
+        // Row u' / s = 0 of each drift.
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
@@ -244,9 +253,9 @@ impl Fit {
         }
     }
 
-    /// The equations with the gains as unknowns, linearised about the present gains. Expected gains are the last rows.
+    /// The equations with the gains as unknowns, linearised about the present gains. Rows of expected gains are the last.
     ///
-    /// In currents a row is w k (I - m / k), where m is the torque of the model. But for the residual, m is k I.
+    /// In currents a row is w k (I - m / k), where m is the torque of the model. Up to the residual, m equals k I.
     pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
@@ -256,7 +265,7 @@ impl Fit {
             let mut coefficients = row.to_vec();
             coefficients.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
             let row = count.get_mut(owner.cluster);
-            // The row that holds the drift of a spectrum to zero comes after the rows of all spectra.
+            // Rows that regularise drifts come after the rows of all spectra.
             let row = row.filter(|row| **row < data.spectra[owner.cluster].rows.len());
             let place = row.map(|row| (owner.cluster, std::mem::replace(row, *row + 1)));
             all.push(GainEquation { owner: Some(owner), place, coefficients, right: y - known });
@@ -271,7 +280,7 @@ impl Fit {
         all
     }
 
-    /// One Gauss-Newton step and one step of the spread; a drift that vanishes is taken out of the unknowns.
+    /// One Gauss-Newton step and one step of the standard deviation of drifts; a vanishing drift is removed from the unknowns.
     pub(crate) fn solve(&mut self, data: &HarmonicData) {
         self.step(data);
         if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {
@@ -296,7 +305,7 @@ impl Fit {
             self.rows -= self.drift.len();
             self.effective -= self.drift.len() as f64 - decided;
             let squares: f64 = self.drift.iter().map(|u| u * u).sum();
-            self.spread = (squares / decided.max(1e-3)).sqrt();
+            self.spread = (squares / decided.max(LEAST_DETERMINED_DRIFTS)).sqrt();
         }
         self.x = x;
         self.layout = at;

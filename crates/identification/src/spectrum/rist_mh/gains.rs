@@ -1,13 +1,13 @@
-//! Drive gains by RIST-MH: friction and its drift are chosen as with known gains, the gains are estimated as in
+//! Drive gains by RIST-MH: friction and its drift are chosen as with known gains, and the gains are estimated as in
 //! `estimators::drive_gains`.
 //!
-//! With the gains at hand, `search` finds the friction of each joint, its drift, and the weights of the rows. Those
-//! rows, with friction, drift and ends projected out, then give the gains again. The first gains come from equation
-//! (5). The iteration ends when the friction stays and no gain moves by more than a hundredth of its deviation, which
-//! no printed figure shows.
+//! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. These rows,
+//! with friction, drift and ends projected out, give new gains. The initial gains use friction of equation (5). The
+//! iteration ends when the choice of friction is unchanged and no gain changes by more than a hundredth of its standard
+//! deviation, which is below the printed digits.
 //!
-//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..). But for u, its right-hand side is
-//! proportional to k: with D and t times k it is the row in currents that `estimators::drive_gains` takes.
+//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..). Except for u, its right-hand side is
+//! proportional to k: with D and t times k it is the row in currents for `estimators::drive_gains`.
 
 use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
@@ -15,36 +15,38 @@ use logs::Error;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
-use crate::spectrum::rist_mh::fit::{Fit, Owner};
+use crate::spectrum::rist_mh::fit::{IterationState, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
 /// Gains and parameters, and the friction that was chosen with them.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
-    /// Gains and parameters with their deviations.
+    /// Gains and parameters with their standard deviations.
     pub gains: DriveGains,
-    /// The equations behind them, friction projected out.
+    /// Their equations, with friction projected out.
     pub equations: Vec<JointEquations>,
-    /// The estimate that gave the friction of these equations, with the gains of the round before. Where the choice
-    /// settled, no gain moved after it by more than a hundredth of its deviation. `None` where the gains are not
-    /// determined or not positive, and the friction is that of equation (5).
+    /// The estimate with the friction of these equations, with the gains of the previous round. After convergence no gain
+    /// changed by more than a hundredth of its standard deviation. `None` where the gains are not determined or not
+    /// positive; the friction is then that of equation (5).
     pub friction: Option<HarmonicEstimate>,
-    /// How often the friction was chosen; `None`: it did not settle.
+    /// Number of rounds; `None` where the iteration did not converge.
     pub rounds: Option<usize>,
 }
 
 /// Largest number of choices of the friction.
 const MAX_FRICTION_CHOICES: usize = 8;
+/// Largest change of a gain after convergence, in its standard deviations.
+const SETTLED_GAIN_CHANGE_SIGMAS: f64 = 0.01;
 
 impl HarmonicData<'_> {
-    /// Estimates the gains where not all are known. Afterwards the data have the gains that the friction was chosen
-    /// with, so that its residuals are those of its own fit.
+    /// Estimates the gains where not all are known. Afterwards the data contain the gains with which the friction was
+    /// chosen, so that residuals belong to that fit.
     ///
-    /// Fails as [`drive_gains`] does.
+    /// Fails where [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
-        // The first gains: with equation (5) for the friction of every joint, and no drift.
+        // Initial gains: with friction of equation (5) in every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
-        let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
+        let fit = IterationState::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self);
         let mut gains = drive_gains(&equations, known)?;
         fit.deviations_by_frequency(self, known, &mut gains);
@@ -56,14 +58,15 @@ impl HarmonicData<'_> {
                 found.friction = None;
                 break;
             }
-            // Friction, drift and weights from the gains at hand, then the gains from those rows.
+            // Friction, drift and weights from the present gains, then new gains from these rows.
             self.gain = found.gains.gain.clone();
             let Some(fit) = self.fitted(options) else { break };
             let equations = fit.current_equations(self);
             let mut gains = drive_gains(&equations, known)?;
             fit.deviations_by_frequency(self, known, &mut gains);
-            // Settled: the friction stays, and no gain moves by a hundredth of its deviation.
-            let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
+            let moved = |j: usize| {
+                (gains.gain[j] - found.gains.gain[j]).abs() > SETTLED_GAIN_CHANGE_SIGMAS * gains.gain_deviation[j]
+            };
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
             let mut friction = self.finished(&fit, known);
@@ -80,8 +83,8 @@ impl HarmonicData<'_> {
     }
 }
 
-impl Fit {
-    /// The equations of each joint in currents, all but the parameters projected out.
+impl IterationState {
+    /// The equations of each joint in currents, with all unknowns except the parameters projected out.
     fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];

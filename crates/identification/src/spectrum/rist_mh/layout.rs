@@ -1,60 +1,60 @@
-//! Where the unknowns of RIST-MH stand.
+//! Order of the unknowns of RIST-MH.
 //!
 //! ```text
 //! [ X | f_1 .. f_n | u_1 .. u_s | ends of 1 .. s | effects ]
 //! ```
-//! X: base parameters; f_j: the friction coefficients of joint j; u_e: the drift of spectrum e, where there is drift; two
-//! ends a spectrum, where the motion need not repeat; effects: ripple, springs, backlash, delay.
+//! X: base parameters; f_j: friction coefficients of joint j; u_e: drift of spectrum e, where there is drift; two ends per
+//! spectrum, where the motion need not repeat; effects: ripple, springs, backlash, delay.
 
 use std::ops::Range;
 
-/// The places of the unknowns.
+/// The numbers of unknowns of each kind, from which their index ranges follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
-    /// Base parameters.
+    /// Number of base parameters.
     pub base: usize,
-    /// Joints.
+    /// Number of joints.
     pub joints: usize,
-    /// Friction coefficients per joint.
+    /// Number of friction coefficients per joint.
     pub friction_of_joint: usize,
-    /// Drifts: as many as spectra, or none.
+    /// Number of drifts: one per spectrum, or 0.
     pub drift_count: usize,
-    /// Spectra with ends: all, or none.
+    /// Number of spectra with ends: all, or 0.
     pub ended_spectra: usize,
-    /// Columns of all effects.
+    /// Number of columns of all effects.
     pub effect_columns: usize,
 }
 
 impl Layout {
-    /// X.
+    /// Indices of X.
     pub fn parameters(&self) -> Range<usize> {
         0..self.base
     }
 
-    /// f_j.
+    /// Indices of f_j.
     pub fn friction(&self, joint: usize) -> Range<usize> {
         let first = self.base + joint * self.friction_of_joint;
         first..first + self.friction_of_joint
     }
 
-    /// X and all f_j.
+    /// Indices of X and all f_j.
     pub fn parameters_and_friction(&self) -> Range<usize> {
         0..self.base + self.joints * self.friction_of_joint
     }
 
-    /// All u_e.
+    /// Indices of all u_e.
     pub fn drifts(&self) -> Range<usize> {
         let first = self.parameters_and_friction().end;
         first..first + self.drift_count
     }
 
-    /// The two ends of a spectrum.
+    /// Indices of the two ends of a spectrum.
     pub fn ends(&self, spectrum: usize) -> Range<usize> {
         let first = self.drifts().end + 2 * spectrum;
         first..first + 2
     }
 
-    /// The effects, in their order.
+    /// Indices of the effects, in their order.
     pub fn effects(&self) -> Range<usize> {
         let first = self.drifts().end + 2 * self.ended_spectra;
         first..first + self.effect_columns

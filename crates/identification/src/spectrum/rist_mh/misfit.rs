@@ -1,64 +1,65 @@
-//! Whether the model explains the experiments, and standard deviations to believe where it does not.
+//! Whether the model explains the experiments, and cluster-robust standard deviations where it does not.
 //!
-//! The noise of torque and position is measured from the scatter between periods, before anything is fitted, at the
-//! harmonics that give equations: a controller that chatters above them would hide what the model lacks. With it
+//! The noise of torque and position is measured from the scatter between periods, before any fit, at the harmonics of the
+//! equations: chatter of a controller above them would hide errors of the model. With this noise
 //!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
-//! is at most near 2 where the model has every effect that is in the torques. Flexible joints, play, ripple, late
-//! torques and another law of friction repeat from period to period. So they are in no scatter between periods, and
-//! chi^2 has all of them.
+//! is at most about 2 where the model contains every effect in the torques. Flexible joints, play, ripple, late torques
+//! and another friction law repeat from period to period. So they do not raise the scatter between periods, but they raise
+//! chi^2.
 //!
-//! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
+//! The residual is then not noise. Each experiment and joint counts as one draw of it (a cluster g):
 //!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
 //! with A = sum_g A_g of the parameters and the friction. The unknowns of one experiment alone (drift, ends) are
-//! projected out of its rows first. k is 19/20, as for the parts of a log (`estimators::replicate_deviation`), so that
+//! projected out of its rows first. k is 19/20, as for the blocks of a log (`estimators::replicate_deviation`), so that
 //! a direction that one experiment alone shows keeps a value.
 //!
-//! a grows with chi^2 / freedom of the joint that lacks most. It is 0 up to
-//! `NOISE_CHI_SQUARE` and 1 from `LACKING_MODEL_CHI_SQUARE` on, so that an interval does not jump where the model is said to lack something. Each
-//! joint is looked at alone, because the chatter of the others makes their part of the total small.
+//! a grows with chi^2 / freedom of the joint with the largest value. It is 0 up to `NOISE_CHI_SQUARE` and 1 from
+//! `LACKING_MODEL_CHI_SQUARE` on, so that an interval is a continuous function of chi^2. Each joint is evaluated separately,
+//! because chatter of the other joints would hide its share of the total.
 
 use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
-use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
+use crate::estimate::claims::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
+use crate::estimators::clusters::{Cluster, FullNormalMatrix, REMAINDER_ROUNDING_SHARE};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::HarmonicData;
-use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::fit::IterationState;
 
-/// Share of a cluster that is taken out of A.
-const CLUSTER_SHARE_TAKEN_OUT: f64 = 0.95;
+/// k: the share of a cluster that is subtracted from A.
+const CLUSTER_LEVERAGE_SHARE: f64 = 0.95;
 
-/// How well the model explains the experiments.
+/// The misfit of the model to the experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
-    /// chi^2 per freedom of each joint against the measured noise; infinite where none was measured.
+    /// chi^2 per freedom of each joint with the measured noise; infinite where no noise was measured.
     pub joints: Vec<f64>,
-    /// The same of all joints.
+    /// chi^2 per freedom of all joints.
     pub total: f64,
     /// chi^2 of all rows.
     pub chi_square: f64,
-    /// Their degrees of freedom.
+    /// Degrees of freedom of all rows.
     pub freedom: f64,
-    /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
-    /// where every joint is within its noise.
+    /// Standard deviations of parameters and friction with experiments as clusters, zero where there are too few; empty where
+    /// noise explains the residual of every joint.
     pub by_experiment: Vec<f64>,
-    /// The same of the drive gains that are estimated, N m per unit of current, one per joint; zero of known ones.
+    /// Standard deviations of the unknown drive gains with experiments as clusters, N m per unit of current, one per joint;
+    /// zero for known gains.
     pub gains_by_experiment: Vec<f64>,
 }
 
 impl Misfit {
-    /// Whether the model lacks something that the experiments show; `false` where no noise was measured.
+    /// Whether the model lacks an effect; `false` where no noise was measured.
     pub fn is_lacking(&self) -> bool {
         self.total.is_finite() && self.total > LACKING_MODEL_CHI_SQUARE
     }
 
-    /// Whether the experiments show more than noise explains.
+    /// Whether the residual exceeds the noise; `false` where no noise was measured.
     pub fn is_beyond_noise(&self) -> bool {
         self.total.is_finite() && self.total > NOISE_CHI_SQUARE
     }
 
-    /// a: 0 where noise explains all, 1 where the model lacks something.
+    /// The factor a: 0 where noise explains the residual, 1 where the model lacks an effect.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -67,14 +68,14 @@ impl Misfit {
 }
 
 impl HarmonicData<'_> {
-    /// The misfit of a finished fit; `gains`: empty where all are known.
-    pub(crate) fn misfit(&self, fit: &Fit, gains: &[Gain]) -> Misfit {
-        let mut misfit = self.squares_left(fit);
+    /// The misfit of a converged fit; `gains`: empty where all are known.
+    pub(crate) fn misfit(&self, fit: &IterationState, gains: &[Gain]) -> Misfit {
+        let mut misfit = self.residual_squares(fit);
         let beyond = misfit.beyond_noise();
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown of a gain is its change, which is zero at the present gain.
+            // The unknown of a gain is its change from the present value: zero.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
@@ -86,9 +87,9 @@ impl HarmonicData<'_> {
         misfit
     }
 
-    /// By experiment, the unknowns `x` where parameters, friction and effects are those that all other experiments give, with
-    /// the weights and about the friction of the whole fit; empty where there is one experiment.
-    pub(crate) fn left_out(&self, fit: &Fit, x: &[f64]) -> Vec<Vec<f64>> {
+    /// By experiment, the unknowns `x` with parameters, friction and effects from all other experiments, with the weights and
+    /// the linearisation of the whole fit; empty where there is one experiment.
+    pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
         let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
         let owners: Vec<usize> = of_spectra.chain(sweeps).collect();
@@ -105,8 +106,8 @@ impl HarmonicData<'_> {
         if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
-    /// chi^2 alone, without deviations.
-    pub(crate) fn squares_left(&self, fit: &Fit) -> Misfit {
+    /// The misfit with chi^2 only, without standard deviations.
+    pub(crate) fn residual_squares(&self, fit: &IterationState) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, &noise);
         let share = fit.free_share();
@@ -123,28 +124,31 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Deviations of the unknowns `x` by clusters, each given by the triangle of its rows in the shared columns.
+/// Standard deviations of the unknowns `x` from clusters, each given by the triangle of its rows in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
-    let variance =
-        Whole::of_clusters(x.len(), &clusters).variance(&clusters, CLUSTER_SHARE_TAKEN_OUT, REMAINDER_ROUNDING_SHARE);
+    let variance = FullNormalMatrix::of_clusters(x.len(), &clusters).variance(
+        &clusters,
+        CLUSTER_LEVERAGE_SHARE,
+        REMAINDER_ROUNDING_SHARE,
+    );
     variance.iter().map(|v| (v * share).sqrt()).collect()
 }
 
-impl Fit {
-    /// Columns that experiments share: parameters, friction and effects.
+impl IterationState {
+    /// Columns of unknowns that experiments share: parameters, friction and effects.
     fn shared_columns(&self) -> Vec<usize> {
         self.layout.parameters_and_friction().chain(self.layout.effects()).collect()
     }
 
-    /// The unknowns of these columns.
+    /// The unknowns that experiments share.
     fn shared(&self) -> Vec<f64> {
         self.shared_columns().iter().map(|&c| self.x[c]).collect()
     }
 
-    /// The triangle of each spectrum in the shared columns, with its own columns projected out. Those of the gravity
-    /// rows and of the expected gains follow. An estimated gain is a column behind the shared ones.
+    /// The triangle of each spectrum in the shared columns, with its own columns projected out, then the triangles of the
+    /// gravity rows and of the expected gains. An unknown gain is a column after the shared ones.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();
@@ -163,7 +167,7 @@ impl Fit {
     }
 }
 
-/// The triangle of the columns `kept`, of rows whose columns `out` are eliminated first.
+/// The triangle of the columns `kept`, after projection of the columns `out`.
 fn projected(rows: &[(Vec<f64>, f64)], out: &[usize], kept: &[usize]) -> Triangle {
     let own: Vec<usize> = out.iter().copied().filter(|&c| rows.iter().any(|(row, _)| row[c] != 0.0)).collect();
     let order: Vec<usize> = own.iter().chain(kept).copied().collect();
@@ -200,7 +204,7 @@ mod tests {
         assert_eq!(misfit(&[0.1, 2.5], 0.6).beyond_noise(), 0.5 / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE));
         let said = misfit(&[0.1, 5.0], LACKING_MODEL_CHI_SQUARE * (1.0 + f64::EPSILON));
         assert!(said.is_lacking() && said.beyond_noise() == 1.0);
-        // Where no noise was measured, nothing is known.
+        // Without measured noise the factor is 0.
         assert_eq!(misfit(&[0.1, f64::INFINITY], f64::INFINITY).beyond_noise(), 0.0);
     }
 }

@@ -1,31 +1,33 @@
-//! Deviations of gains and parameters where the noise of a joint's rows changes with their frequency.
+//! Standard deviations of gains and parameters where the noise of a joint depends on frequency.
 //!
-//! Noise of encoders comes back through the controller as torques. The faster these are, the less of them the joint
-//! follows. The weights of `fit` have one scale a joint. With these weights alone the deviations of gains, which the
-//! slow rows tell, are up to half as large again as their errors. Here
+//! Encoder noise causes torques through the controller, and the motion of the joint follows slow torques more than fast ones.
+//! The weights of `fit` have one scale per joint. With these weights alone the standard deviations of gains, which depend on
+//! the slow rows, are up to 1.5 times as large as their errors. Here
 //!
 //! ```text
 //! E z^2 = (1 - h) exp(a + b u)                                   z: residual over the deviation of its weight
 //! cov = A^-1 (sum exp(a + b u) d d') A^-1,   A = sum d d'        d: weighted rows, the gains in them
 //! ```
 //! h is the leverage of the row, and u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion. The likelihood of
-//! normal z gives a and b of each joint [Harvey 1976]. The estimate itself stays that of the weights.
+//! normal z gives a and b of each joint [Harvey 1976]. The estimate itself is unchanged.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;
 
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::spectrum::rist_mh::data::HarmonicData;
-use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
+use crate::spectrum::rist_mh::fit::{GainEquation, IterationState};
 
-/// Most steps of scoring, far more than it takes.
+/// Largest number of steps of Fisher scoring, far more than needed.
 const MAX_SCORING_STEPS: usize = 30;
-/// A step of scoring below which nothing printed moves.
+/// The iteration ends where a step of Fisher scoring is smaller than this.
 const SETTLED_SCORING_STEP: f64 = 1e-6;
+/// Relative determinant of the information below which b is not identifiable.
+const SMALLEST_RELATIVE_DETERMINANT: f64 = 1e-9;
 
 /// A row from which the scale of the noise is estimated.
-struct Row {
-    /// Octaves of its frequency.
+struct NoiseRow {
+    /// Its frequency in octaves, log2(1 + f / f_1).
     u: f64,
     /// z^2.
     square: f64,
@@ -33,9 +35,8 @@ struct Row {
     free: f64,
 }
 
-impl Fit {
-    /// Sets the deviations of the gains found with this fit, and of the parameters beside them, as the head of this
-    /// file says.
+impl IterationState {
+    /// Sets the standard deviations of gains and parameters of this fit, by the equations of this module.
     pub(crate) fn deviations_by_frequency(&self, data: &HarmonicData, known: &[Gain], found: &mut DriveGains) {
         let rows = self.gain_equations(data, known);
         let width = rows.first().map_or(0, |row| row.coefficients.len());
@@ -58,18 +59,18 @@ impl Fit {
         free.zip(self.x.len()..).for_each(|(j, c)| found.gain_deviation[j] = deviation(c));
     }
 
-    /// exp(a + b u) of each row of each spectrum.
+    /// Variance factor exp(a + b u) of each row of each spectrum.
     fn scales(&self, data: &HarmonicData, rows: &[GainEquation], solution: &Solution) -> Vec<Vec<f64>> {
         let residuals = self.residuals(data, &self.deviation);
         let moving = data.spectra.iter().flat_map(|s| &s.frequency).filter(|f| **f > 0.0);
         let lowest = moving.fold(f64::MAX, |least, f| least.min(*f));
         let octaves = |f: f64| (1.0 + f / lowest).log2();
-        let mut asked: Vec<Vec<Row>> = (0..data.n).map(|_| vec![]).collect();
+        let mut asked: Vec<Vec<NoiseRow>> = (0..data.n).map(|_| vec![]).collect();
         for row in rows {
             let Some((e, r)) = row.place else { continue };
             let free = (1.0 - leverage(&row.coefficients, solution)).clamp(0.0, 1.0);
             let u = octaves(data.spectra[e].frequency[r]);
-            asked[data.spectra[e].joint].push(Row { u, square: residuals[e][r].powi(2), free });
+            asked[data.spectra[e].joint].push(NoiseRow { u, square: residuals[e][r].powi(2), free });
         }
         let found: Vec<[f64; 2]> = asked.iter().map(|rows| log_linear(rows)).collect();
         let of = |joint: usize, f: &f64| (found[joint][0] + found[joint][1] * octaves(*f)).exp();
@@ -77,19 +78,19 @@ impl Fit {
     }
 }
 
-/// d' A^-1 d.
+/// Leverage d' A^-1 d of a row d.
 fn leverage(row: &[f64], solution: &Solution) -> f64 {
     let live: Vec<usize> = (0..row.len()).filter(|&c| row[c] != 0.0).collect();
     let along = |a: usize| live.iter().map(|&b| solution.inverse[(a, b)] * row[b]).sum::<f64>();
     live.iter().map(|&a| row[a] * along(a)).sum()
 }
 
-/// (a, b) of E z^2 = (1 - h) exp(a + b u):
+/// (a, b) of E z^2 = (1 - h) exp(a + b u), by Fisher scoring:
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///
 /// b is 0 where all rows have one frequency. Both are 0 where there is no noise.
-fn log_linear(rows: &[Row]) -> [f64; 2] {
+fn log_linear(rows: &[NoiseRow]) -> [f64; 2] {
     let free: f64 = rows.iter().map(|row| row.free).sum();
     let squares: f64 = rows.iter().map(|row| row.square).sum();
     if squares <= 0.0 || free <= 0.0 {
@@ -98,18 +99,18 @@ fn log_linear(rows: &[Row]) -> [f64; 2] {
     let mut found = [(squares / free).ln(), 0.0];
     for _ in 0..MAX_SCORING_STEPS {
         let (mut score, mut information) = ([0.0; 2], [0.0; 3]);
-        for Row { u, square, free } in rows {
+        for NoiseRow { u, square, free } in rows {
             let left = square / (found[0] + found[1] * u).exp() - free;
             score = [score[0] + left, score[1] + left * u];
             information = [information[0] + free, information[1] + free * u, information[2] + free * u * u];
         }
         let [n, su, suu] = information;
         let determinant = n * suu - su * su;
-        if determinant <= 1e-9 * n * suu {
+        if determinant <= SMALLEST_RELATIVE_DETERMINANT * n * suu {
             break;
         }
         let step = [(suu * score[0] - su * score[1]) / determinant, (n * score[1] - su * score[0]) / determinant];
-        // A step of one is a factor of e.
+        // Steps are limited to 1, a factor of e.
         let length = 1.0 / step.iter().fold(1.0_f64, |most, s| most.max(s.abs()));
         found = [found[0] + length * step[0], found[1] + length * step[1]];
         if step.iter().all(|s| s.abs() < SETTLED_SCORING_STEP) {
@@ -134,9 +135,9 @@ mod tests {
                 let row = |i: usize, z: f64| {
                     let (u, free) = (4.0 * i as f64 / count as f64, if i.is_multiple_of(5) { 0.3 } else { 0.95 });
                     let variance: f64 = free * f64::exp(law[0] + law[1] * u);
-                    Row { u, square: variance * z * z, free }
+                    NoiseRow { u, square: variance * z * z, free }
                 };
-                let rows: Vec<Row> = (0..count).map(|i| row(i, random.normal())).collect();
+                let rows: Vec<NoiseRow> = (0..count).map(|i| row(i, random.normal())).collect();
                 let found = log_linear(&rows);
                 for k in 0..2 {
                     sum[k] += found[k] / f64::from(draws);
@@ -144,7 +145,7 @@ mod tests {
                 }
             }
             for k in 0..2 {
-                // Three standard errors of the mean, and the bias of a logarithm of 150 squares, some 2 / 150.
+                // Three standard errors of the mean, and the bias of a logarithm of 150 squares, about 2 / 150.
                 let error = squares[k].sqrt();
                 let allowed = 3.0 * error / f64::from(draws).sqrt() + 1.0 / 75.0;
                 assert!((sum[k] - law[k]).abs() < allowed, "{sum:?} {law:?}");
@@ -155,7 +156,7 @@ mod tests {
 
     #[test]
     fn without_noise_or_motion_there_is_no_law() {
-        let row = |u: f64, square: f64| Row { u, square, free: 0.5 };
+        let row = |u: f64, square: f64| NoiseRow { u, square, free: 0.5 };
         assert_eq!(log_linear(&[]), [0.0, 0.0]);
         assert_eq!(log_linear(&[row(0.0, 0.0), row(1.0, 0.0)]), [0.0, 0.0]);
         let of_one_frequency = log_linear(&[row(2.0, 1.0), row(2.0, 3.0)]);

@@ -1,22 +1,20 @@
-//! RIST-MH: the paper's experiments, every harmonic, both quadratures, friction as nuisance.
+//! RIST-MH: the paper's experiments, all harmonics, both quadratures, friction as nuisance.
 //!
-//! Weighted least squares on the rows of `harmonics` and the gravity rows (13). The unknowns are X and,
-//! for each joint, the coefficients f_j of its friction columns:
+//! Weighted least squares on the rows of `harmonics` and the gravity rows (13). The unknowns are X and, for each joint, the
+//! coefficients f_j of its friction columns:
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of a joint's friction from experiment to experiment (temperature, grease). Its
-//! spread s is estimated with the rest by s^2 <- sum u^2 / sum(1 - var u / s^2)
-//! [MacKay 1992, the evidence iteration], so it costs nothing where there is no drift. Gauss-Newton
-//! solves for the product u f. The weights first hold the noise of torque and position, both measured
-//! from the scatter between periods, and then what each joint's rows leave unexplained.
+//! u_ej is the drift of a joint's friction from experiment to experiment (temperature, grease). Its standard deviation s is
+//! estimated too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration], so drift adds no uncertainty
+//! where there is none. Gauss-Newton linearises the product u f. The weights first contain the noise of torque and
+//! position, measured from the scatter between periods, and then the residual of each joint.
 //!
-//! A motion that does not quite repeat (a controller that chatters on its encoder) ends with another
-//! position and velocity than it began with; each adds a column of known shape to each joint's
-//! rows, and both are nuisance too.
+//! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than it starts
+//! with. Each difference adds a column of known shape to the rows of each joint, and both are nuisance too.
 //!
-//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The paper's
-//! orthogonality is not needed here: friction is in the model, and its many harmonics tell it apart.
+//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The orthogonality of the paper is
+//! not needed here: friction is in the model, and its many harmonics make it separable.
 
 use linear_model::friction::periodic::FrictionShape;
 use linear_model::regressor::Regressor;
@@ -29,38 +27,38 @@ use crate::spectrum::paper::paper_rows;
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
-use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::layout::Layout;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Most rounds in which springs and gaps are followed.
+/// Largest number of rounds of the linearisation of springs and gaps.
 const MAX_YIELDING_ROUNDS: usize = 12;
-/// Relative change of the sizes of springs and gaps at which nothing printed moves.
+/// The rounds end where the sizes of springs and gaps change by less than this, relative.
 const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 
-/// Parameters, friction and how well they explain the record.
+/// The result of RIST-MH: parameters, friction and misfit.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order of `layout`; `inverse` is the covariance for the noise of the weights.
+    /// Unknowns in the order of `layout`; `inverse`: covariance for the noise of the weights.
     pub solution: Solution,
-    /// Where the unknowns stand.
+    /// Order of the unknowns.
     pub layout: Layout,
-    /// By experiment, all unknowns where those that experiments share are from the other experiments; empty where there is one.
+    /// By experiment, all unknowns, with shared ones from the other experiments; empty where there is one experiment.
     pub left_out: Vec<Vec<f64>>,
-    /// The friction columns that fit best.
+    /// The friction columns that BIC selected.
     pub shape: FrictionShape,
-    /// The spread s of the drift.
+    /// Standard deviation s of the drift, relative to friction.
     pub drift_spread: f64,
-    /// The effects that were estimated, the last of the unknowns.
+    /// The estimated effects, the last unknowns.
     pub effects: Vec<EffectSize>,
-    /// The misfit against the noise that was measured, whatever the weights are.
+    /// The misfit with the measured noise, independent of the weights.
     pub misfit: Misfit,
-    /// What the model most likely lacks, where it lacks something and one effect explains it.
+    /// The effect that the model most likely lacks; `None` where it lacks none, or where no single effect explains it.
     pub cause: Option<Cause>,
 }
 
 impl HarmonicEstimate {
-    /// Delay beyond that of the band, s, where it was estimated.
+    /// Delay in addition to the delay of the band, s; `None` where it was not estimated.
     pub fn delay(&self) -> Option<f64> {
         let found = self.effects.iter().find(|e| e.effect == Effect::Delay)?;
         found.values.first().copied()
@@ -76,9 +74,9 @@ impl HarmonicEstimate {
         self.layout.parameters().map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
-    /// Deviation of parameter or friction coefficient i by what the model lacks; zero where it lacks nothing.
+    /// Standard deviation of parameter or friction coefficient i by effects that the model lacks; zero where it lacks none.
     ///
-    /// It combines the deviation with experiments as replicates and the shift by a cause that is named.
+    /// It combines the standard deviation with experiments as clusters and the shift by a named cause.
     pub fn lacked(&self, i: usize) -> f64 {
         let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
         by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
@@ -86,7 +84,7 @@ impl HarmonicEstimate {
 }
 
 impl<'a> HarmonicData<'a> {
-    /// `gain`: N m per unit of the record's currents; `noise`: of one sample.
+    /// The data of experiments. `gain`: N m per unit of the recorded currents; `noise`: of one sample.
     pub fn new(
         experiments: &[SpectralExperiment],
         regressor: &'a dyn Regressor,
@@ -101,7 +99,7 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // The rows are linear in the torque: of positions in its place they make the column of a spring.
+        // The rows are linear in the torque: with positions in its place they give the column of a spring.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
@@ -120,19 +118,19 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The spectra of every experiment and joint.
+    /// The spectra of all experiments and joints.
     pub fn spectra(&self) -> &[JointSpectrum] {
         &self.spectra
     }
 
     /// The estimate with the best of the friction shapes; `None` without equations.
     ///
-    /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
-    /// again if there are any.
+    /// The rest velocity is chosen for equation (5), then load and Stribeck terms, then the rest velocity again if there are
+    /// such terms.
     ///
-    /// Afterwards the data have the columns of the effects, and the motion of links behind springs and gaps. With the
-    /// first choice of friction the sizes of springs and gaps are iterated until they settle. Then friction is chosen
-    /// again, and the sizes are iterated again.
+    /// Afterwards the data contain the columns of the effects, and the motion of links behind springs and gaps. With the
+    /// first choice of friction the sizes of springs and gaps are iterated to convergence. Then friction is chosen again,
+    /// and the sizes are iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
         let best = self.fitted(options)?;
         let mut found = self.finished(&best, &[]);
@@ -140,14 +138,14 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Looks for the cause where noise does not explain all: one that is named takes half of it, be it small.
-    pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &Fit, options: &HarmonicOptions) {
+    /// Searches the cause where the residual exceeds the noise; a named cause explains at least half of the excess.
+    pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &IterationState, options: &HarmonicOptions) {
         if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);
         }
     }
 
-    pub(crate) fn fitted(&mut self, options: &HarmonicOptions) -> Option<Fit> {
+    pub(crate) fn fitted(&mut self, options: &HarmonicOptions) -> Option<IterationState> {
         self.lay(&options.effects);
         let mut best = self.best_fit(options)?;
         if self.has_yielding() {
@@ -161,14 +159,14 @@ impl<'a> HarmonicData<'a> {
         Some(best)
     }
 
-    /// Follows springs and gaps until the fit no longer changes them.
-    fn settle(&mut self, fit: &mut Fit, options: &HarmonicOptions) {
-        let sizes = |fit: &Fit| fit.x[fit.layout.effects()].to_vec();
+    /// Repeats the linearisation of springs and gaps until their sizes converge.
+    fn settle(&mut self, fit: &mut IterationState, options: &HarmonicOptions) {
+        let sizes = |fit: &IterationState| fit.x[fit.layout.effects()].to_vec();
         for _ in 0..MAX_YIELDING_ROUNDS {
             let before = sizes(fit);
             self.yield_by(fit);
             let deviation = if options.weights { fit.calibrated(self) } else { fit.deviation.clone() };
-            *fit = Fit::new(self, &fit.shape, options, deviation);
+            *fit = IterationState::new(self, &fit.shape, options, deviation);
             let is_settled = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED_SIZE_CHANGE * b.abs();
             if sizes(fit).iter().zip(&before).all(is_settled) {
                 break;
@@ -176,32 +174,32 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The fit with the best of the shapes, its weights calibrated.
-    pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<Fit> {
+    /// The fit with the best shape by BIC, with calibrated weights; `None` without shapes.
+    pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<IterationState> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
-        let start = Fit::new(self, &shape(first, false, None), options, self.deviations(None));
+        let start = IterationState::new(self, &shape(first, false, None), options, self.deviations(None));
         let mut deviation = start.deviation.clone();
         if options.weights {
             deviation = self.deviations(Some(&start.x[..self.p]));
-            let fit = Fit::new(self, &shape(first, false, None), options, deviation);
+            let fit = IterationState::new(self, &shape(first, false, None), options, deviation);
             deviation = fit.calibrated(self);
         }
-        let mut tried: Vec<Fit> = Vec::new();
-        let mut try_all = |shapes: Vec<FrictionShape>, tried: &mut Vec<Fit>| -> Option<FrictionShape> {
+        let mut tried: Vec<IterationState> = Vec::new();
+        let mut try_all = |shapes: Vec<FrictionShape>, tried: &mut Vec<IterationState>| -> Option<FrictionShape> {
             for s in shapes {
                 if tried.iter().all(|f| f.shape != s) {
-                    tried.push(Fit::new(self, &s, options, deviation.clone()));
+                    tried.push(IterationState::new(self, &s, options, deviation.clone()));
                 }
             }
             let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
             if options.weights && tried.len() == options.rest_velocities.len() {
-                // The further terms are judged by the weights that the best rest velocity gives.
+                // Further terms are compared with the weights of the best rest velocity.
                 let again = best.calibrated(self);
                 let shape = best.shape;
                 deviation = again;
                 tried.clear();
-                tried.push(Fit::new(self, &shape, options, deviation.clone()));
+                tried.push(IterationState::new(self, &shape, options, deviation.clone()));
                 return Some(shape);
             }
             Some(best.shape)
@@ -226,7 +224,7 @@ impl<'a> HarmonicData<'a> {
         Some(best)
     }
 
-    pub(crate) fn finished(&self, best: &Fit, gains: &[Gain]) -> HarmonicEstimate {
+    pub(crate) fn finished(&self, best: &IterationState, gains: &[Gain]) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self));
         let at = best.layout_of(self);
         HarmonicEstimate {
@@ -241,8 +239,8 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The effects of a fit.
-    pub(crate) fn effect_sizes(&self, fit: &Fit) -> Vec<EffectSize> {
+    /// The sizes of the effects of a fit.
+    pub(crate) fn effect_sizes(&self, fit: &IterationState) -> Vec<EffectSize> {
         let solution = solve(&fit.triangle(self));
         self.sizes(&solution, fit.layout_of(self).effects().start)
     }

@@ -1,12 +1,13 @@
-//! The columns of the effects beside friction, and the motion of links behind springs, gaps and eccentric encoders.
+//! The columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
-//! Delay, ripple and springs beside the motor are linear. Elsewhere Y(q) X is linearised about the present size u of each,
+//! Delay, ripple and springs in parallel with the motor are linear. For the other effects Y(q) X is linearised about the
+//! present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
-//! where e_k is what the joint yields a unit of u. A spring has two: its torque, and the rate of its torque for its
-//! damping. s is a small step. The fit is repeated until u' is u (`search`). tau_k is the torque behind the motor's
-//! friction. Where the joint moves, it is the torque of the drive less the friction of the fit. Where the joint is
-//! held, friction hides it, and it is Y_k(q) X. Here a spring carries all of the model's torque. So an estimated rotor
-//! inertia stands behind the spring, which it does not in the robot.
+//! where e_k is the deflection of the joint per unit of u. An elastic joint has two e_k: its torque, and the rate of its
+//! torque for its damping. s is a small step. The fit is repeated until u' equals u (`search`). tau_k is the torque after
+//! the friction of the motor. Where the joint moves, it is the torque of the drive minus the friction of the fit. Where
+//! the joint is locked, friction is unknown, and it is Y_k(q) X. Here a spring transmits all of the model's torque, so an
+//! estimated rotor inertia is on the link side of the spring, unlike in the robot.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use numerics::fourier::harmonic_derivatives;
@@ -14,13 +15,12 @@ use numerics::fourier::harmonic_derivatives;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::effects::Effect;
-use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::fit::IterationState;
 
-/// Most that a joint yields by the step of a difference, rad. It is far above rounding, and too little to bend a
-/// column.
+/// Largest deflection of a joint by the step of a difference, rad: far above rounding, and small enough for linearity.
 const LARGEST_DIFFERENCE_STEP_RAD: f64 = 1e-5;
 
-/// Torque over which a link crosses its gap, over the root mean square torque.
+/// Torque at which a link crosses its gap, over the rms torque.
 const GAP_CROSSING_TORQUE_SHARE: f64 = 0.1;
 
 impl HarmonicData<'_> {
@@ -29,16 +29,16 @@ impl HarmonicData<'_> {
         self.effects.iter().map(|e| e.columns()).sum()
     }
 
-    /// Whether links move otherwise than the encoders say.
+    /// Whether the positions of links differ from the encoders.
     pub(crate) fn has_yielding(&self) -> bool {
         self.effects.iter().any(|e| e.moved().is_some())
     }
 
-    /// Takes up the effects with their columns of the record. Those of springs and gaps stay zero until
+    /// Sets the effects and their columns from the record. Columns of springs and gaps are zero until
     /// [`HarmonicData::yield_by`].
     pub(crate) fn lay(&mut self, effects: &[Effect]) {
         if self.has_yielding() {
-            // The links move with the motors again.
+            // Reset: the links move with the motors.
             for (experiment, motion) in self.motions.iter().enumerate() {
                 let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else {
                     continue;
@@ -51,7 +51,7 @@ impl HarmonicData<'_> {
         self.effect_rows = self.spectra.iter().map(|s| self.record_columns(s)).collect();
     }
 
-    /// `[row][column]` of a spectrum.
+    /// The effect columns of a spectrum, `[row][column]`, N m per unit.
     fn record_columns(&self, s: &JointSpectrum) -> Vec<Vec<f64>> {
         let gain = self.gain[s.joint];
         let mut rows = vec![Vec::with_capacity(self.effect_columns()); s.rows.len()];
@@ -70,8 +70,8 @@ impl HarmonicData<'_> {
         rows
     }
 
-    /// Moves the links by what the fit says of springs and gaps, and linearises their columns there.
-    pub(crate) fn yield_by(&mut self, fit: &Fit) {
+    /// Moves the links by the fitted springs and gaps, and linearises the columns at that motion.
+    pub(crate) fn yield_by(&mut self, fit: &IterationState) {
         let sizes = fit.x[fit.layout.effects()].to_vec();
         let motions = std::mem::take(&mut self.motions);
         for (experiment, motion) in motions.iter().enumerate() {
@@ -82,13 +82,13 @@ impl HarmonicData<'_> {
         self.motions = motions;
     }
 
-    fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &Fit) {
+    fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &IterationState) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
         // X with the known load of this experiment.
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
-        // The motion of the links: q - u e, u the size of each spring or gap.
+        // Motion of the links, q = theta - u e, with u the size of each spring or gap.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {
@@ -112,7 +112,7 @@ impl HarmonicData<'_> {
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
             slopes.push((*column, (0..self.n).map(slope).collect()));
         }
-        // Rows of the links' motion, with C as the effect's column and -C u on the known side.
+        // Rows with the motion of the links, with C as the column of the effect and -C u on the known side.
         for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
         {
             s.take_columns(&columns[s.joint]);
@@ -126,13 +126,13 @@ impl HarmonicData<'_> {
         }
     }
 
-    /// The column and the joint of each spring and gap, and what the joint yields a unit of its size at every instant.
+    /// For each spring, gap and eccentric encoder: the column, the joint, and its deflection per unit of size at each sample.
     fn yields(
         &self,
         experiment: usize,
         motor: &MeasuredMotion,
         total: &[f64],
-        fit: &Fit,
+        fit: &IterationState,
         (step, highest): (f64, usize),
     ) -> Vec<(usize, usize, Vec<f64>)> {
         let mut found = Vec::new();
@@ -145,7 +145,7 @@ impl HarmonicData<'_> {
                 found.push((column + 1, joint, sin));
             } else if let Some(joint) = effect.moved() {
                 let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
-                // tau_k: of the drive less its friction where the joint moves, of the model where it is held.
+                // tau_k: of the drive minus its friction where the joint moves, of the model where it is locked.
                 let torque = match spectrum {
                     Some(e) => fit.behind_friction(&self.spectra[e], e, self),
                     None => {
@@ -154,7 +154,7 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                // A gap yields to the side on which the torque presses, a spring by its torque and its rate.
+                // A gap deflects to the side of the torque, a spring by its torque and the rate of the torque.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {
@@ -169,15 +169,15 @@ impl HarmonicData<'_> {
     }
 }
 
-/// The side of the gap at which the torque holds the link, from -1/2 to 1/2.
+/// The position of the link in its gap by the sign of the torque, from -1/2 to 1/2.
 fn sides(torque: &[f64]) -> Vec<f64> {
     let square = torque.iter().map(|t| t * t).sum::<f64>() / torque.len().max(1) as f64;
     let width = GAP_CROSSING_TORQUE_SHARE * square.sqrt();
     torque.iter().map(|t| if width > 0.0 { 0.5 * (t / width).tanh() } else { 0.0 }).collect()
 }
 
-impl Fit {
-    /// The torque of a drive less the friction of its joint, N m, at every instant of the mean period.
+impl IterationState {
+    /// The torque of a drive minus the friction of its joint, N m, at each sample of the mean period.
     fn behind_friction(&self, s: &JointSpectrum, spectrum: usize, data: &HarmonicData) -> Vec<f64> {
         let gain = data.gain[s.joint];
         let friction = &self.x[self.layout.friction(s.joint)];

@@ -1,4 +1,4 @@
-//! One column of a Parquet file on its way into tables, some rows at a time.
+//! One column of a Parquet file, read some rows at a time.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -11,20 +11,20 @@ use parquet::schema::types::ColumnDescPtr;
 use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::number::kind;
 use crate::formats::parquet::pages::UnpackedPages;
-use crate::formats::stored_number::{Kind, Numbers, without_unit};
+use crate::formats::stored_number::{NumberType, Numbers, without_unit};
 use crate::table::{MAX_CELLS, MAX_COLUMNS};
 
 /// Rows decoded at a time.
 const ROWS_PER_BATCH: usize = 1 << 13;
 
-/// Bytes of an element of a list: its number, its levels, and the number in a column that grows by doubling.
-const ELEMENT_BYTES: usize = 2 * size_of::<f64>();
+/// Memory of an element of a list, bytes: its number, its levels, and the number in a column that grows by doubling.
+const MEMORY_PER_ELEMENT_BYTES: usize = 2 * size_of::<f64>();
 
-/// Times that a page is in memory at once: unpacked, in its plain encoding, and joined with its levels.
+/// Copies of a page in memory at once: decompressed, in plain encoding, and with its levels.
 const PAGE_COPIES: usize = 3;
 
-/// A column, or one for each element of its lists.
-pub(crate) struct Column {
+/// A column, or the columns of the elements of its lists.
+pub(crate) struct ParquetColumn {
     pub name: String,
     /// Whether its numbers are times.
     pub timed: bool,
@@ -34,58 +34,58 @@ pub(crate) struct Column {
     place: usize,
     leaf: ColumnDescPtr,
     numbers: Numbers,
-    /// The pages of the row group that is being read.
+    /// The pages of the current row group.
     reader: Option<ColumnReader>,
-    /// The rows that were read since [`Column::take`]: one series for each element.
-    series: Series,
-    /// Series of every table: of lists, the elements of each.
+    /// The rows read since the last [`Column::take`]: one series for each element.
+    series: NumbersRead,
+    /// Number of series in every table: for lists, the number of elements.
     width: usize,
-    /// Why it holds no numbers.
+    /// The reason why it has no numbers.
     text: Option<String>,
     /// Levels of the rows that were decoded last.
     definition: Vec<i16>,
     repetition: Vec<i16>,
 }
 
-/// A file, to find out what its lists are.
-pub(crate) struct Content<'a> {
+/// The content of a file, for the measurement of its lists.
+pub(crate) struct ListSurvey<'a> {
     pub bytes: &'a FileBytes,
     pub metadata: &'a ParquetMetaData,
-    /// Rows of every row group.
+    /// Number of rows of every row group.
     pub groups: &'a [usize],
-    /// The most elements of a list.
+    /// The greatest number of elements of a list.
     pub room: usize,
 }
 
-/// Rows of a row group that are read.
-pub(crate) struct Rows<'a> {
+/// Rows of a row group that are to be read.
+pub(crate) struct RowRange<'a> {
     pub bytes: &'a FileBytes,
     pub group: &'a RowGroupMetaData,
-    /// Rows of the group, those of them that were read before, and those that are read now.
+    /// Rows of the group, rows of it that were read before, and rows to read now.
     pub all: usize,
     pub before: usize,
     pub count: usize,
-    /// Columns whose pages are in memory at once.
+    /// Number of columns with pages in memory at once.
     pub columns: usize,
 }
 
-impl Column {
-    pub(crate) fn new(place: usize, leaf: &ColumnDescPtr, name: String) -> Column {
-        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { kind(leaf) };
+impl ParquetColumn {
+    pub(crate) fn new(place: usize, leaf: &ColumnDescPtr, name: String) -> ParquetColumn {
+        let kind = if leaf.max_rep_level() > 1 { NumberType::Other("lists of lists".into()) } else { kind(leaf) };
         let text = match &kind {
-            Kind::Other(what) => Some(what.clone()),
+            NumberType::Other(what) => Some(what.clone()),
             _ => None,
         };
-        Column {
+        ParquetColumn {
             name,
-            timed: matches!(kind, Kind::Time { .. }),
+            timed: matches!(kind, NumberType::Time { .. }),
             lists: text.is_none() && leaf.max_rep_level() > 0,
             wanted: true,
             place,
             leaf: leaf.clone(),
             numbers: Numbers::new(kind),
             reader: None,
-            series: Series::default(),
+            series: NumbersRead::default(),
             width: 1,
             text,
             definition: Vec::new(),
@@ -107,18 +107,18 @@ impl Column {
         self.wanted && self.text.is_none()
     }
 
-    /// Series of every table, at least one.
+    /// Number of series in every table, at least one.
     pub(crate) fn width(&self) -> usize {
         self.width
     }
 
-    /// Forgets the pages of a column that is wanted no more.
+    /// Releases the pages of a column that is no longer needed.
     pub(crate) fn close(&mut self) {
         self.reader = None;
     }
 
-    /// Finds out how many elements the lists have, by the first that has any.
-    pub(crate) fn measure_lists(&mut self, content: &Content<'_>, budget: &mut Budget) -> Result<(), String> {
+    /// Determines the number of elements of the lists, from the first list with elements.
+    pub(crate) fn measure_lists(&mut self, content: &ListSurvey<'_>, budget: &mut Budget) -> Result<(), String> {
         if !self.lists {
             return Ok(());
         }
@@ -127,7 +127,11 @@ impl Column {
             while before < all && self.text.is_none() && self.series.width.is_none() {
                 let count = ROWS_PER_BATCH.min(all - before);
                 let group = content.metadata.row_group(index);
-                self.read(&Rows { bytes: content.bytes, group, all, before, count, columns: 1 }, content.room, budget)?;
+                self.read(
+                    &RowRange { bytes: content.bytes, group, all, before, count, columns: 1 },
+                    content.room,
+                    budget,
+                )?;
                 before += count;
             }
         }
@@ -136,13 +140,13 @@ impl Column {
             self.text = Some("empty lists".into());
         }
         self.width = width.filter(|_| self.text.is_none()).unwrap_or(1);
-        self.series = Series { width: Some(self.width), ..Series::default() };
+        self.series = NumbersRead { width: Some(self.width), ..NumbersRead::default() };
         self.numbers = Numbers::new(self.numbers.kind.clone());
         self.close();
         Ok(())
     }
 
-    /// Makes room for the rows of a table.
+    /// Reserves memory for the rows of a table.
     pub(crate) fn begin(&mut self, rows: usize, budget: &mut Budget) -> Result<(), String> {
         if self.is_read() && !self.lists {
             budget.draw(rows.saturating_mul(size_of::<f64>()))?;
@@ -151,8 +155,8 @@ impl Column {
         Ok(())
     }
 
-    /// Reads rows behind those read before. `room` is the most elements of its lists.
-    pub(crate) fn read(&mut self, rows: &Rows<'_>, room: usize, budget: &mut Budget) -> Result<(), String> {
+    /// Reads the next rows. `room` is the greatest number of elements of its lists.
+    pub(crate) fn read(&mut self, rows: &RowRange<'_>, room: usize, budget: &mut Budget) -> Result<(), String> {
         if !self.is_read() {
             return Ok(());
         }
@@ -161,8 +165,8 @@ impl Column {
             self.reader = Some(self.open(rows, room, budget)?);
         }
         let Some(mut reader) = self.reader.take() else { return Err("its pages are not opened".into()) };
-        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch is
-        // for unknown cases. The reader is dropped then.
+        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this; the catch covers
+        // unknown cases. The reader is then dropped.
         let decoded = catch_unwind(AssertUnwindSafe(|| self.decode(&mut reader, rows.count, budget)));
         let found = decoded.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
         if found != rows.count && self.series.odd.is_none() {
@@ -176,8 +180,8 @@ impl Column {
         Ok(())
     }
 
-    /// The pages of a row group; lists of more than `room` elements are not taken apart.
-    fn open(&self, rows: &Rows<'_>, room: usize, budget: &mut Budget) -> Result<ColumnReader, String> {
+    /// The pages of a row group; lists of more than `room` elements are not split into series.
+    fn open(&self, rows: &RowRange<'_>, room: usize, budget: &mut Budget) -> Result<ColumnReader, String> {
         let chunk = rows.group.columns().get(self.place).ok_or("a row group lacks it")?;
         if chunk.file_path().is_some() {
             return Err("its data are in another file".into());
@@ -189,7 +193,7 @@ impl Column {
             return Err(format!("it claims {count} values where its row group has {all} rows"));
         }
         if self.lists {
-            budget.draw(count.saturating_mul(ELEMENT_BYTES))?;
+            budget.draw(count.saturating_mul(MEMORY_PER_ELEMENT_BYTES))?;
         }
         let most = budget.left() / PAGE_COPIES / rows.columns.max(1);
         let pages = Box::new(UnpackedPages::of(rows.bytes, chunk, all, most)?);
@@ -200,7 +204,7 @@ impl Column {
         Ok(get_column_reader(self.leaf.clone(), pages))
     }
 
-    /// Reads rows into the series; returns how many there were.
+    /// Reads rows into the series; returns the number of rows read.
     fn decode(&mut self, reader: &mut ColumnReader, rows: usize, budget: &mut Budget) -> Result<usize, String> {
         use ColumnReader::*;
         let levels = [&mut self.definition, &mut self.repetition];
@@ -218,8 +222,8 @@ impl Column {
         }
     }
 
-    /// The series of the rows that were read, as many in every table. A column without numbers has empty ones; their
-    /// text says why.
+    /// The series of the rows that were read, the same number in every table. A column without numbers has empty series; its text
+    /// gives the reason.
     pub(crate) fn take(&mut self) -> (Vec<Vec<f64>>, Option<String>) {
         let series = std::mem::take(&mut self.series);
         self.series.width = Some(self.width);
@@ -231,20 +235,20 @@ impl Column {
 
 /// Numbers of the rows read so far.
 #[derive(Default)]
-struct Series {
+struct NumbersRead {
     columns: Vec<Vec<f64>>,
     rows: usize,
-    /// The most elements of a list.
+    /// The greatest number of elements of a list.
     room: usize,
-    /// Elements of each list, once they are known.
+    /// Number of elements of each list, once it is known.
     width: Option<usize>,
-    /// Why lists are not the rows of a table, where they are not.
+    /// The reason why lists cannot be the rows of a table; `None` where they can.
     odd: Option<String>,
 }
 
-impl Series {
-    /// Appends rows of lists. Each cell has its repetition level in `starts`, which is 0 where a row begins. An element
-    /// that a list lacks is `None`.
+impl NumbersRead {
+    /// Appends rows of lists. Each cell has its repetition level in `starts`, which is 0 at the start of a row. A missing element
+    /// of a list is `None`.
     fn push(&mut self, cells: &[Option<f64>], starts: &[i16], budget: &mut Budget) -> Result<(), String> {
         let mut from = 0;
         while from < cells.len() && self.odd.is_none() {
@@ -259,8 +263,9 @@ impl Series {
                 }
                 (None, width) => width,
             };
+            // The first list with elements determines the number of columns.
             if self.columns.is_empty() && width > 0 {
-                budget.draw(self.rows.saturating_mul(width).saturating_mul(ELEMENT_BYTES))?;
+                budget.draw(self.rows.saturating_mul(width).saturating_mul(MEMORY_PER_ELEMENT_BYTES))?;
                 self.columns = vec![vec![f64::NAN; self.rows]; width];
                 self.width = Some(width);
             }
@@ -268,8 +273,9 @@ impl Series {
                 self.odd = Some(format!("lists of {} and of {} numbers", self.columns.len(), row.len()));
                 return Ok(());
             }
+            // An empty list is a row of missing numbers, which also takes memory.
             if row.len() < self.columns.len() {
-                budget.draw(self.columns.len().saturating_mul(ELEMENT_BYTES))?;
+                budget.draw(self.columns.len().saturating_mul(MEMORY_PER_ELEMENT_BYTES))?;
             }
             for (k, column) in self.columns.iter_mut().enumerate() {
                 column.push(row.get(k).copied().flatten().unwrap_or(f64::NAN));
@@ -281,11 +287,11 @@ impl Series {
     }
 }
 
-/// Where decoded rows go.
+/// The destination of decoded rows.
 struct Destination<'a> {
     leaf: &'a ColumnDescPtr,
     levels: [&'a mut Vec<i16>; 2],
-    series: &'a mut Series,
+    series: &'a mut NumbersRead,
     budget: &'a mut Budget,
 }
 
@@ -301,6 +307,7 @@ impl Destination<'_> {
         let [definition, repetition] = &mut self.levels;
         let (mut values, mut done) = (Vec::new(), 0);
         while done < rows && self.series.odd.is_none() {
+            // The library decodes a batch; null elements have levels and no values.
             definition.clear();
             repetition.clear();
             values.clear();
@@ -311,6 +318,7 @@ impl Destination<'_> {
                 break;
             }
             done += records;
+            // Without nulls and lists, the values are the rows.
             if !lists && values.len() == levels {
                 self.series.columns[0].extend(values.iter().map(&mut number));
                 continue;
@@ -325,6 +333,7 @@ impl Destination<'_> {
                 self.series.columns[0].extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
                 continue;
             }
+            // A batch starts at a row, so its first repetition level is 0.
             if repetition.first() != Some(&0) {
                 return Err("its first list does not begin with a row".into());
             }

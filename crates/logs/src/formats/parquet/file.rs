@@ -1,12 +1,11 @@
 //! A Parquet file as tables of named columns, some rows at a time.
 //!
-//! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size;
-//! `column` reads each. Null is NaN. A list column `q` becomes q_1 .. q_k, as an array of a .npz does, if all its lists
-//! are of one length. A field of a struct is `struct.field`. `number` defines the numbers of each type. A column of
-//! another type is a column of text: it is refused when it is used.
+//! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size; `column` reads
+//! each of them. Null is NaN. A list column `q` becomes q_1 .. q_k, like an array of a .npz, if all its lists have one length. A
+//! field of a struct is `struct.field`. `number` defines the numbers of each type. A column of another type is a text column: its
+//! use is refused.
 //!
-//! Of a file on disk the pages that are read next are in memory, one of each column, so that memory does not grow with
-//! the file.
+//! For a file on disk only the current page of each column is in memory, so the memory is independent of the size of the file.
 //!
 //! Not here: encryption, columns in other files.
 
@@ -14,23 +13,23 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use gate::budget::Budget;
-use gate::source::Pieces;
+use gate::source::RandomAccessFile;
 use parquet::basic::Repetition;
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::reader::Length;
 use parquet::schema::types::Type;
 
 use crate::Error;
-use crate::formats::parquet::column::{Column, Content, Rows};
+use crate::formats::parquet::column::{ListSurvey, ParquetColumn, RowRange};
 use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::schema_guard;
 use crate::formats::stored_number::time_note;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
 
-/// The last bytes of a parquet file.
+/// The last bytes of a Parquet file.
 const PARQUET_MAGIC: &[u8] = b"PAR1";
 
-/// Bytes behind the index: its length, and the magic.
+/// Bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 8;
 
 /// Reads the columns of a file within a budget.
@@ -42,19 +41,19 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     table
 }
 
-/// Rows of a file on their way into tables.
+/// A reader of the rows of a file.
 pub(crate) struct ParquetReader {
     file: String,
     bytes: FileBytes,
     metadata: ParquetMetaData,
-    columns: Vec<Column>,
+    columns: Vec<ParquetColumn>,
     budget: Budget,
-    /// Rows of every row group.
+    /// Number of rows of every row group.
     groups: Vec<usize>,
-    /// The row group that is read, and how many of its rows were.
+    /// The current row group, and the number of its rows that were read.
     group: usize,
     before: usize,
-    /// Rows handed out so far.
+    /// Rows returned so far.
     handed: usize,
     /// Names of the columns of every table.
     header: Vec<String>,
@@ -63,7 +62,7 @@ pub(crate) struct ParquetReader {
 
 impl ParquetReader {
     /// Reads the index of a file on disk.
-    pub(crate) fn of_file(file: &str, pieces: Pieces) -> Result<ParquetReader, Error> {
+    pub(crate) fn of_file(file: &str, pieces: RandomAccessFile) -> Result<ParquetReader, Error> {
         let budget = Budget::of(usize::try_from(pieces.length()).unwrap_or(usize::MAX));
         ParquetReader::new(file, FileBytes::Pieces(Arc::new(pieces)), budget)
     }
@@ -80,15 +79,16 @@ impl ParquetReader {
         let fields = schema.root_schema().get_fields();
         fields.iter().for_each(|field| leaves(field, &mut Vec::new(), false, &mut names));
         let columns = schema.columns().iter().zip(names).enumerate();
-        let mut columns: Vec<Column> = columns.map(|(place, (leaf, name))| Column::new(place, leaf, name)).collect();
+        let mut columns: Vec<ParquetColumn> =
+            columns.map(|(place, (leaf, name))| ParquetColumn::new(place, leaf, name)).collect();
         let room = (MAX_CELLS / groups.iter().sum::<usize>().max(1)).saturating_sub(columns.len());
-        let content = Content { bytes: &bytes, metadata: &metadata, groups: &groups, room };
+        let content = ListSurvey { bytes: &bytes, metadata: &metadata, groups: &groups, room };
         for column in &mut columns {
-            // What is read to measure lists is dropped before rows are read.
+            // The rows read for this measurement are dropped before the rows are read.
             let measured = column.measure_lists(&content, &mut budget.clone());
             measured.map_err(|e| at(format!("column `{}`: {e}", column.name)))?;
         }
-        let mut header: Vec<String> = columns.iter().flat_map(Column::headers).collect();
+        let mut header: Vec<String> = columns.iter().flat_map(ParquetColumn::headers).collect();
         check_header(file, 0, &mut header)?;
         let timed = columns.iter().filter(|column| column.timed);
         let notes = timed.map(|column| time_note(&column.name)).collect();
@@ -112,10 +112,10 @@ impl ParquetReader {
     /// Reads rows into the columns.
     fn read(&mut self, rows: usize) -> Result<(), Error> {
         let (file, open) = (&self.file, self.columns.iter().filter(|column| column.is_read()).count());
-        let named = |column: &Column, e: String| Error::at(file, 0, format!("column `{}`: {e}", column.name));
+        let named = |column: &ParquetColumn, e: String| Error::at(file, 0, format!("column `{}`: {e}", column.name));
         let budget = &mut self.budget;
         self.columns.iter_mut().try_for_each(|column| column.begin(rows, budget).map_err(|e| named(column, e)))?;
-        // More would be too many numbers for one table.
+        // More elements would exceed the greatest number of values in a table.
         let room = MAX_CELLS / rows.max(1);
         let mut left = rows;
         while left > 0 {
@@ -123,8 +123,9 @@ impl ParquetReader {
             let count = left.min(all - self.before);
             let (group, before) = (self.metadata.row_group(self.group), self.before);
             if count > 0 {
-                let rows = Rows { bytes: &self.bytes, group, all, before, count, columns: open };
-                let mut read = |column: &mut Column| column.read(&rows, room, budget).map_err(|e| named(column, e));
+                let rows = RowRange { bytes: &self.bytes, group, all, before, count, columns: open };
+                let mut read =
+                    |column: &mut ParquetColumn| column.read(&rows, room, budget).map_err(|e| named(column, e));
                 self.columns.iter_mut().try_for_each(&mut read)?;
             }
             (left, self.before) = (left - count, before + count);
@@ -135,7 +136,7 @@ impl ParquetReader {
         Ok(())
     }
 
-    /// The columns that were read, as a table of so many rows.
+    /// The columns that were read, as a table of `rows` rows.
     fn table(&mut self, rows: usize) -> Table {
         let (file, header, notes) = (self.file.clone(), self.header.clone(), self.notes.clone());
         let mut table = Table { file, header, notes, skipped: self.handed, ..Table::default() };
@@ -152,7 +153,7 @@ impl ParquetReader {
             }
             table.columns.extend(series);
         }
-        // A column of text is no number in every row; one that is not read is empty.
+        // A text column has NaN in every row; a column that is not read is empty.
         if table.rows() > 0 {
             without_numbers.iter().for_each(|&c| table.columns[c] = vec![f64::NAN; rows]);
         }
@@ -181,7 +182,7 @@ impl RowReader for ParquetReader {
         let left = self.groups[self.group..].iter().sum::<usize>() - self.before;
         let rows = most.min(left);
         let is_read = self.columns.iter().filter(|column| column.is_read());
-        let width: usize = is_read.map(Column::width).sum();
+        let width: usize = is_read.map(ParquetColumn::width).sum();
         if self.header.len() > MAX_COLUMNS || rows.saturating_mul(width) > MAX_CELLS {
             let message = format!(
                 "{rows} rows of {width} columns: at most {MAX_COLUMNS} columns and {MAX_CELLS} numbers are expected; keep the \
@@ -224,7 +225,7 @@ fn footer(bytes: &FileBytes) -> Result<ParquetMetaData, String> {
     ParquetMetaDataReader::decode_metadata(&index).map_err(|e| format!("the index of the file is damaged: {e}"))
 }
 
-/// The rows of every row group.
+/// The number of rows of every row group.
 fn rows(metadata: &ParquetMetaData) -> Result<Vec<usize>, String> {
     let rows: Result<Vec<usize>, _> = metadata.row_groups().iter().map(|g| usize::try_from(g.num_rows())).collect();
     let rows = rows.map_err(|_| "a row group has no length")?;
@@ -233,7 +234,7 @@ fn rows(metadata: &ParquetMetaData) -> Result<Vec<usize>, String> {
     Ok(rows)
 }
 
-/// The names of the columns below a field; a list and its element are no part of them.
+/// The names of the columns below a field, without the levels of a list and its element.
 fn leaves<'a>(field: &'a Type, path: &mut Vec<&'a str>, in_list: bool, out: &mut Vec<String>) {
     let info = field.get_basic_info();
     let repeated = info.has_repetition() && info.repetition() == Repetition::REPEATED;
@@ -261,8 +262,8 @@ mod tests {
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::parser::parse_message_type;
 
-    /// A file of row groups of 1000, 1, 700 and 999 rows: a clock, lists of two of which the first 1500 are empty, and a
-    /// torque that is not there in every ninth row.
+    /// A file of row groups of 1000, 1, 700 and 999 rows: a clock, lists of two of which the first 1500 are empty, and a torque
+    /// that is null in every ninth row.
     fn file() -> Vec<u8> {
         let schema = "message log { REQUIRED DOUBLE t; REPEATED DOUBLE q; OPTIONAL DOUBLE tau; }";
         let schema = Arc::new(parse_message_type(schema).unwrap());
@@ -326,7 +327,7 @@ mod tests {
                 found.iter_mut().zip(&table.columns).for_each(|(found, some)| found.extend_from_slice(some));
             }
             for (c, found) in found.iter().enumerate() {
-                // Of a list either all elements are read or none.
+                // Either all elements of a list are read or none.
                 let is_read = kept.contains(&c) || (c == 1 && kept.contains(&2));
                 assert_eq!(bits(found), if is_read { bits(&whole.columns[c]) } else { Vec::new() }, "{most} {c}");
             }

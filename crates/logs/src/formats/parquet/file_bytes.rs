@@ -1,27 +1,27 @@
-//! The bytes of a Parquet file, as its pages ask for them: held in memory, or pieces of a file on disk.
+//! The bytes of a Parquet file for its pages: in memory, or read from a file on disk.
 
 use std::io::{self, Read};
 use std::sync::Arc;
 
 use bytes::Bytes;
-use gate::source::Pieces;
+use gate::source::RandomAccessFile;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{ChunkReader, Length};
 
-/// Bytes that are read at once for the head of a page, which mostly is shorter.
+/// Bytes that are read at once for the head of a page, which is usually shorter.
 const PAGE_HEAD_BYTES: usize = 256;
 
 /// The bytes of a file.
 #[derive(Clone)]
 pub(crate) enum FileBytes {
-    /// All of them, in memory.
+    /// All bytes, in memory.
     Held(Bytes),
-    /// On disk.
-    Pieces(Arc<Pieces>),
+    /// A file on disk.
+    Pieces(Arc<RandomAccessFile>),
 }
 
 impl FileBytes {
-    /// At most `count` bytes from `place` on: fewer where the file ends before.
+    /// At most `count` bytes from `place` on: fewer at the end of the file.
     pub(crate) fn piece(&self, place: u64, count: usize) -> io::Result<Bytes> {
         match self {
             FileBytes::Held(bytes) => {
@@ -67,7 +67,7 @@ impl ChunkReader for FileBytes {
     }
 }
 
-/// The bytes from a place on.
+/// A reader of the bytes from a position on.
 pub(crate) struct BytesFrom {
     bytes: FileBytes,
     place: u64,

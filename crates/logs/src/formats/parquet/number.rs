@@ -1,32 +1,33 @@
-//! What the numbers of a Parquet column are, by the types of the file: whole and real numbers, decimals, times, dates and INT96.
+//! The numbers of a Parquet column by its type: whole and real numbers, decimals, times, dates and INT96.
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::schema::types::ColumnDescriptor;
 
-use crate::formats::stored_number::Kind;
+use crate::formats::stored_number::NumberType;
 
-/// What the numbers of a column are.
-pub(crate) fn kind(column: &ColumnDescriptor) -> Kind {
+/// The kind of the numbers of a column.
+pub(crate) fn kind(column: &ColumnDescriptor) -> NumberType {
     let unit = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
         TimeUnit::MICROS => 1e6,
         TimeUnit::NANOS => 1e9,
     };
+    // Logical types come first; old files have only the converted type.
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(t) | LogicalType::Time(t)), _) => {
-            return Kind::Time { per_second: unit(&t.unit) };
+            return NumberType::Time { per_second: unit(&t.unit) };
         }
         (_, ConvertedType::TIME_MILLIS | ConvertedType::TIMESTAMP_MILLIS) => {
-            return Kind::Time { per_second: 1e3 };
+            return NumberType::Time { per_second: 1e3 };
         }
         (_, ConvertedType::TIME_MICROS | ConvertedType::TIMESTAMP_MICROS) => {
-            return Kind::Time { per_second: 1e6 };
+            return NumberType::Time { per_second: 1e6 };
         }
         (Some(LogicalType::Date), _) | (_, ConvertedType::DATE) => {
-            return Kind::Time { per_second: 1.0 / 86_400.0 };
+            return NumberType::Time { per_second: 1.0 / 86_400.0 };
         }
         (Some(LogicalType::Decimal(_)), _) | (_, ConvertedType::DECIMAL) => {
-            return Kind::Decimal { scale: column.type_scale() };
+            return NumberType::Decimal { scale: column.type_scale() };
         }
         _ => {}
     }
@@ -37,13 +38,14 @@ pub(crate) fn kind(column: &ColumnDescriptor) -> Kind {
             ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64
         ),
     };
+    // Without a logical type of time or decimal, the physical type decides.
     match column.physical_type() {
-        Type::FLOAT | Type::DOUBLE => Kind::Real,
-        Type::INT32 | Type::INT64 => Kind::Integer { signed: !unsigned },
-        Type::INT96 => Kind::Time { per_second: 1e9 },
-        Type::FIXED_LEN_BYTE_ARRAY if column.logical_type_ref() == Some(&LogicalType::Float16) => Kind::Half,
-        Type::BOOLEAN => Kind::Other("BOOLEAN".into()),
-        Type::BYTE_ARRAY => Kind::Other("text (BYTE_ARRAY)".into()),
-        Type::FIXED_LEN_BYTE_ARRAY => Kind::Other("bytes".into()),
+        Type::FLOAT | Type::DOUBLE => NumberType::Real,
+        Type::INT32 | Type::INT64 => NumberType::Integer { signed: !unsigned },
+        Type::INT96 => NumberType::Time { per_second: 1e9 },
+        Type::FIXED_LEN_BYTE_ARRAY if column.logical_type_ref() == Some(&LogicalType::Float16) => NumberType::Half,
+        Type::BOOLEAN => NumberType::Other("BOOLEAN".into()),
+        Type::BYTE_ARRAY => NumberType::Other("text (BYTE_ARRAY)".into()),
+        Type::FIXED_LEN_BYTE_ARRAY => NumberType::Other("bytes".into()),
     }
 }

@@ -1,10 +1,9 @@
-//! The pages of one column chunk, unpacked within bounds, for the column readers of the crate `parquet`.
+//! The pages of one column chunk, decompressed within bounds, for the column readers of the crate `parquet`.
 //!
-//! The library is told that the pages are not compressed and hands over their packed bytes, which are unpacked here. So
-//! every codec is written in Rust, and no length that a page claims is trusted. The library itself would allocate what
-//! a page of lz4 or snappy claims, up to 4 GiB, before it unpacks a byte, and would make a dictionary of as many
-//! entries as are claimed. Pages on which it panics when they are cut short are refused, or handed over in an encoding
-//! that it checks.
+//! The chunk is presented to the library as uncompressed; it returns the compressed bytes of pages, which are decompressed here.
+//! So every codec is written in Rust, and no length in a page is trusted. The library itself would allocate the size that an lz4
+//! or snappy page states, up to 4 GiB, before it decompresses a byte, and would allocate a dictionary of the stated number of
+//! entries. Truncated pages on which it panics are refused, or passed on in an encoding that it checks.
 
 use std::sync::Arc;
 
@@ -25,30 +24,31 @@ use crate::formats::parquet::split_values::{joined, values_begin};
 pub(crate) struct UnpackedPages {
     packed: SerializedPageReader<FileBytes>,
     codec: Compression,
-    /// Bytes that a page may unfold to.
+    /// Greatest size of a decompressed page, bytes.
     most: usize,
-    /// Values that the chunk still has to give.
+    /// Number of values that the chunk still has.
     left: u64,
     /// The least number of bytes of a value.
     width: usize,
     /// Whether every value has exactly `width` bytes.
     one_width: bool,
-    /// The largest levels of repetition and definition.
+    /// The greatest levels of repetition and definition.
     levels: [i16; 2],
     /// Whether a dictionary was read.
     dictionary: bool,
 }
 
 impl UnpackedPages {
-    /// `most` are the bytes to which a page may unfold.
+    /// `most` is the greatest size of a decompressed page, bytes.
     ///
-    /// Fails when the chunk lies outside the file or is packed in a way that is not read.
+    /// Fails when the chunk is outside the file or has a compression that is not read.
     pub(crate) fn of(
         file: &FileBytes,
         chunk: &ColumnChunkMetaData,
         rows: usize,
         most: usize,
     ) -> std::result::Result<UnpackedPages, String> {
+        // A chunk starts with its dictionary, if it has one.
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
         if end.is_none_or(|end| end.cast_unsigned() > file.len()) {
@@ -68,8 +68,10 @@ impl UnpackedPages {
                 ));
             }
         };
+        // The library does not decompress; this type does.
         let plain = chunk.clone().into_builder().set_compression(Codec::UNCOMPRESSED).build();
         let packed = plain.and_then(|plain| SerializedPageReader::new(Arc::new(file.clone()), &plain, rows, None));
+        // A BOOLEAN takes one bit, a BYTE_ARRAY at least four bytes of length.
         let width = match chunk.column_type() {
             Type::BOOLEAN => 0,
             Type::INT32 | Type::FLOAT | Type::BYTE_ARRAY => 4,
@@ -91,7 +93,7 @@ impl UnpackedPages {
             .map_err(ParquetError::General)
     }
 
-    /// Counts the values of a data page; fails where it claims more than its column has.
+    /// Counts the values of a data page; fails where the page states more than its column has.
     fn count(&mut self, claimed: u32) -> Result<()> {
         let left = self.left;
         self.left = left.checked_sub(u64::from(claimed)).ok_or_else(|| {
@@ -106,6 +108,7 @@ impl UnpackedPages {
             self.count(page.num_values())?;
         }
         match page {
+            // A dictionary that states more entries than bytes would be allocated by the library.
             Page::DictionaryPage { buf, num_values, encoding, is_sorted } => {
                 let buf = self.unpack(&buf)?;
                 if (num_values as usize).saturating_mul(self.width.max(1)) > buf.len() {
@@ -114,6 +117,7 @@ impl UnpackedPages {
                 self.dictionary = true;
                 Ok(Page::DictionaryPage { buf, num_values, encoding, is_sorted })
             }
+            // The levels of version 1 are compressed together with the values.
             Page::DataPage { buf, num_values, encoding, def_level_encoding, rep_level_encoding, statistics } => {
                 let buf = self.unpack(&buf)?;
                 self.check_encoding(encoding)?;
@@ -136,6 +140,7 @@ impl UnpackedPages {
                 is_compressed,
                 statistics,
             } => {
+                // The levels of version 2 are not compressed.
                 self.check_encoding(encoding)?;
                 let levels = (def_levels_byte_len as usize).saturating_add(rep_levels_byte_len as usize);
                 let Some((head, values)) = buf.split_at_checked(levels) else {
@@ -163,7 +168,7 @@ impl UnpackedPages {
 }
 
 impl UnpackedPages {
-    /// A page whose values begin at `values`, in PLAIN where they were in BYTE_STREAM_SPLIT.
+    /// A page with its values, from `values` on, in PLAIN where they were in BYTE_STREAM_SPLIT.
     fn in_plain(&self, page: Bytes, values: usize, encoding: Encoding) -> Result<(Bytes, Encoding)> {
         if encoding != Encoding::BYTE_STREAM_SPLIT || !self.one_width {
             return Ok((page, encoding));
@@ -176,8 +181,8 @@ impl UnpackedPages {
         Ok((Bytes::from([head, &plain].concat()), Encoding::PLAIN))
     }
 
-    /// Refuses two kinds of encodings. For those of texts the library allocates what they claim, and the numbers of a
-    /// log never use them. On places in a dictionary that is missing, it panics.
+    /// Refuses two kinds of encodings: for the encodings of texts the library allocates the size that they state, and numbers of
+    /// a log never use them; on indices of a missing dictionary it panics.
     fn check_encoding(&self, encoding: Encoding) -> Result<()> {
         let message = match encoding {
             Encoding::DELTA_LENGTH_BYTE_ARRAY | Encoding::DELTA_BYTE_ARRAY => {

@@ -1,22 +1,22 @@
 //! Checks the schema of a Parquet file against its bounds before the library builds a tree of it.
 //!
-//! The crate `parquet` (60.1) descends into the schema by recursion and reserves room for as many children as an
-//! element claims. A footer of 100 kB that nests without end exhausts the stack, and one claim of 2^31 children asks
-//! for 16 GiB. Neither can be caught. So this module reads the number of children of every element and nothing else, in
-//! Thrift's compact protocol: FileMetaData {2: list of SchemaElement {5: num_children}}.
+//! The crate `parquet` (60.1) reads the schema recursively and allocates the stated number of children of an element. A footer of
+//! 100 kB with deep nesting overflows the stack, and a stated number of 2^31 children allocates 16 GiB. Neither can be caught. So
+//! this module reads the number of children of every element and nothing else, in Thrift's compact protocol: FileMetaData {2:
+//! list of SchemaElement {5: num_children}}.
 
 use crate::table::MAX_COLUMNS;
 
-/// Deeper nesting is not a log of a robot.
+/// Greatest depth of the schema of a robot's log.
 const MAX_SCHEMA_DEPTH: usize = 16;
 
-/// Depth up to which fields of other names are passed over.
+/// Greatest depth of fields that are skipped.
 const MAX_SKIPPED_DEPTH: usize = 16;
 
 /// The error where the index ends too early.
 const INDEX_ENDS_EARLY: &str = "the index of the file is damaged: it ends too early";
 
-/// Refuses a footer whose schema is nested too deeply or claims more than it holds.
+/// Refuses a footer with a schema that is nested too deeply or states more elements than it has.
 pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
     let mut bytes = Bytes(footer);
     let mut children = Vec::new();
@@ -39,7 +39,7 @@ pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
         }
         _ => bytes.pass(kind, MAX_SKIPPED_DEPTH),
     })?;
-    // How many children each open element still waits for.
+    // The number of missing children of each unfinished element.
     let mut open: Vec<u64> = Vec::new();
     for (place, &below) in children.iter().enumerate() {
         if below > (children.len() - place) as u64 {
@@ -59,7 +59,7 @@ pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes taken from the front.
+/// Bytes that are read from the front.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -74,7 +74,7 @@ impl Bytes<'_> {
         Ok(())
     }
 
-    /// Seven bits a byte, the lowest first.
+    /// An integer of seven bits a byte, the lowest first.
     fn varint(&mut self) -> Result<u64, String> {
         let mut value = 0;
         for k in 0..10 {
@@ -87,7 +87,7 @@ impl Bytes<'_> {
         Err(INDEX_ENDS_EARLY.into())
     }
 
-    /// How many elements, each of at least a byte, and of which kind.
+    /// The number of elements, each of at least a byte, and their kind.
     fn list(&mut self) -> Result<(usize, u8), String> {
         let head = self.byte()?;
         let count = if head >> 4 == 15 { self.varint()? } else { u64::from(head >> 4) };
@@ -116,7 +116,7 @@ impl Bytes<'_> {
         }
     }
 
-    /// Passes over a field.
+    /// Skips a field.
     fn pass(&mut self, kind: u8, depth: usize) -> Result<(), String> {
         let depth = depth.checked_sub(1).ok_or("the metadata are nested too deeply")?;
         match kind {
@@ -130,7 +130,7 @@ impl Bytes<'_> {
             }
             9 | 10 => {
                 let (count, kind) = self.list()?;
-                // Inside lists a truth takes a byte of its own.
+                // Inside lists a boolean takes a byte.
                 (0..count).try_for_each(|_| if kind <= 2 { self.skip(1) } else { self.pass(kind, depth) })
             }
             12 => self.fields(&mut |bytes, _, kind| bytes.pass(kind, depth)),
@@ -143,7 +143,7 @@ impl Bytes<'_> {
 mod tests {
     use super::*;
 
-    /// A footer of version 1 with elements of so many children.
+    /// A footer of version 1 with elements with these numbers of children.
     fn footer(children: &[u32]) -> Vec<u8> {
         let varint = |mut n: u32| {
             let mut out = Vec::new();

@@ -1,4 +1,4 @@
-//! Columns -> the bytes of a Parquet file: one row group, not compressed. A number that is not finite is a null.
+//! Writes columns as a Parquet file: one row group, uncompressed. A number that is not finite is a null.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::Table;
 
-    /// Our own reader, which has others' files as its oracles, reads the same numbers.
+    /// The reader of this crate, which is tested on files of other writers, reads the same numbers.
     #[test]
     fn what_is_written_is_read() {
         let (t, q) = (vec![0.0, 0.1, 0.2], vec![1.5e-300, f64::NAN, -2.0 / 3.0]);

@@ -1,10 +1,10 @@
-//! Numbers and texts of a message as CDR (ROS 2) or as ROS 1 wrote it.
+//! Numbers and texts of a message in CDR (ROS 2) or in the encoding of ROS 1.
 //!
-//! CDR aligns every number to its own size, counted from behind the first four bytes, which give the byte order, and
-//! ends its strings with a zero. ROS 1 does neither and is little-endian. No length leads to an allocation before its
-//! bytes are there.
+//! CDR aligns every number to its own size, counted from the end of the first four bytes, which give the byte order, and
+//! terminates its strings with a zero. ROS 1 does neither and is little-endian. No length causes an allocation before its bytes
+//! are available.
 
-/// How a message is written.
+/// The encoding of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
     Cdr,
@@ -21,18 +21,18 @@ impl Encoding {
     }
 }
 
-/// A place in a message.
+/// A position in a message.
 pub(crate) struct Cursor<'a> {
     data: &'a [u8],
     at: usize,
     pub(crate) aligned: bool,
     big_endian: bool,
-    /// What the message is said to be.
+    /// The type of the message, for errors.
     kind: &'a str,
 }
 
 impl<'a> Cursor<'a> {
-    /// The start of a message of a kind, behind what gives the byte order.
+    /// The start of a message of this type, after the bytes of the byte order.
     pub(crate) fn new(data: &'a [u8], encoding: Encoding, kind: &'a str) -> Result<Cursor<'a>, String> {
         let mut cursor = Cursor { data, at: 0, aligned: encoding == Encoding::Cdr, big_endian: false, kind };
         if encoding == Encoding::Cdr {
@@ -59,7 +59,7 @@ impl<'a> Cursor<'a> {
         format!("{count} bytes are claimed at byte {} where {left} are left: no {}", self.at, self.kind)
     }
 
-    /// Bytes that are left.
+    /// Number of remaining bytes.
     pub(crate) fn left(&self) -> usize {
         self.data.len().saturating_sub(self.at)
     }
@@ -77,7 +77,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The bytes of a number in the order of this host's little end.
+    /// The bytes of a number in little-endian order.
     pub(crate) fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
         self.align(N);
         let mut bytes: [u8; N] = self.bytes(N)?.try_into().unwrap_or([0; N]);

@@ -1,49 +1,54 @@
-//! The numbers of a message of any type, each under the path of its field.
+//! The numbers of a message of any type, each with the path of its field.
 //!
-//! `motor_state[3].q`, `measured_joint_position[0]`; where an array of texts of the same length stands before an array,
-//! its texts name the elements: `position[elbow]`, `interface_values[elbow].values[effort]`.
+//! `motor_state[3].q`, `measured_joint_position[0]`; where an array of texts of the same length precedes an array, its texts name
+//! the elements: `position[elbow]`, `interface_values[elbow].values[effort]`.
 
 use crate::formats::rosbag::cdr::{Cursor, Encoding};
-use crate::formats::rosbag::schema::{Count, Field, Kind, MAX_NAME_BYTES, Schema};
+use crate::formats::rosbag::schema::{Count, FieldType, MAX_NAME_BYTES, Schema, SchemaField};
 
-/// Elements of a longer array are no signals, as those of an image: they are passed over.
+/// Longer arrays, for example of an image, are no signals and are skipped.
 const MAX_ELEMENTS: usize = 256;
-/// Definitions that stand in one another.
+/// Greatest depth of nested definitions.
 const MAX_DEPTH: usize = 16;
 
-/// What a message holds.
+/// The content of a message.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
-    /// In the order of the fields.
+pub(crate) struct MessageFields {
+    /// The numbers, in the order of the fields.
     pub values: Vec<f64>,
-    /// Lengths and texts on which the paths of the values hang.
+    /// Lengths and texts that determine the paths of the values.
     pub form: Vec<u8>,
-    /// ns, of the header; zero where there is none.
+    /// Time of the header, ns; zero where there is none.
     pub stamp: i64,
-    /// The paths of the values, where they are wanted.
+    /// The paths of the values, where they were requested.
     pub paths: Option<Vec<String>>,
 }
 
-/// Takes a message apart; the paths of its values are made where `with_paths` asks for them.
-pub(crate) fn decode(data: &[u8], encoding: Encoding, schema: &Schema, with_paths: bool) -> Result<Found, String> {
+/// Decodes a message; the paths of its values are computed if `with_paths`.
+pub(crate) fn decode(
+    data: &[u8],
+    encoding: Encoding,
+    schema: &Schema,
+    with_paths: bool,
+) -> Result<MessageFields, String> {
     let cursor = Cursor::new(data, encoding, "message of its definition")?;
-    let found = Found { paths: with_paths.then(Vec::new), ..Found::default() };
-    let mut walk = Walk { cursor, schema, found, path: String::new(), depth: 0, is_told: true };
+    let found = MessageFields { paths: with_paths.then(Vec::new), ..MessageFields::default() };
+    let mut walk = FieldWalk { cursor, schema, found, path: String::new(), depth: 0, is_present: true };
     walk.record(0)?;
     Ok(walk.found)
 }
 
-struct Walk<'a> {
+struct FieldWalk<'a> {
     cursor: Cursor<'a>,
     schema: &'a Schema,
-    found: Found,
+    found: MessageFields,
     path: String,
     depth: usize,
-    /// Whether numbers are handed on, and not passed over.
-    is_told: bool,
+    /// Whether numbers are stored rather than skipped.
+    is_present: bool,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> FieldWalk<'a> {
     fn record(&mut self, place: usize) -> Result<(), String> {
         let schema = self.schema;
         let fields = &schema.records[place];
@@ -51,7 +56,7 @@ impl<'a> Walk<'a> {
             return Err(format!("more than {MAX_DEPTH} definitions stand in one another"));
         }
         self.depth += 1;
-        // A definition without fields is written as one byte, and no message is a loop without end.
+        // A definition without fields is written as one byte; so no message causes an infinite loop.
         if fields.is_empty() {
             self.cursor.bytes(1)?;
         }
@@ -69,7 +74,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn field(&mut self, field: &Field, names: &mut Vec<&'a str>) -> Result<(), String> {
+    fn field(&mut self, field: &SchemaField, names: &mut Vec<&'a str>) -> Result<(), String> {
         let count = match field.count {
             Count::One => return self.element(field.kind),
             Count::Fixed(count) => count,
@@ -79,7 +84,7 @@ impl<'a> Walk<'a> {
                 count as usize
             }
         };
-        if field.kind == Kind::Text {
+        if field.kind == FieldType::Text {
             let mut texts = Vec::new();
             for _ in 0..count {
                 texts.push(self.cursor.text()?);
@@ -90,7 +95,7 @@ impl<'a> Walk<'a> {
                 sorted.sort_unstable();
                 sorted.windows(2).all(|w| w[0] != w[1])
             };
-            if are_names && self.is_told {
+            if are_names && self.is_present {
                 texts.iter().for_each(|text| {
                     self.found.form.extend_from_slice(text.as_bytes());
                     self.found.form.push(0);
@@ -99,18 +104,18 @@ impl<'a> Walk<'a> {
             }
             return Ok(());
         }
-        // Bytes are passed over as one.
-        if matches!(field.kind, Kind::U8 | Kind::I8) && count > MAX_ELEMENTS {
+        // Arrays of bytes are skipped at once.
+        if matches!(field.kind, FieldType::U8 | FieldType::I8) && count > MAX_ELEMENTS {
             return self.cursor.bytes(count).map(drop);
         }
         if count > self.cursor.left() {
             return self.cursor.bytes(count).map(drop);
         }
-        let was_told = self.is_told;
-        self.is_told &= count <= MAX_ELEMENTS;
+        let was_stored = self.is_present;
+        self.is_present &= count <= MAX_ELEMENTS;
         for k in 0..count {
             let before = self.path.len();
-            if self.found.paths.is_some() && self.is_told {
+            if self.found.paths.is_some() && self.is_present {
                 let number = k.to_string();
                 let label = if names.len() == count { names[k] } else { number.as_str() };
                 self.path.push('[');
@@ -120,33 +125,33 @@ impl<'a> Walk<'a> {
             self.element(field.kind)?;
             self.path.truncate(before);
         }
-        self.is_told = was_told;
+        self.is_present = was_stored;
         Ok(())
     }
 
-    fn element(&mut self, kind: Kind) -> Result<(), String> {
+    fn element(&mut self, kind: FieldType) -> Result<(), String> {
         let cursor = &mut self.cursor;
         let value = match kind {
-            Kind::U8 => f64::from(cursor.number::<1>()?[0]),
-            Kind::I8 => f64::from(i8::from_le_bytes(cursor.number()?)),
-            Kind::I16 => f64::from(i16::from_le_bytes(cursor.number()?)),
-            Kind::U16 => f64::from(u16::from_le_bytes(cursor.number()?)),
-            Kind::I32 => f64::from(i32::from_le_bytes(cursor.number()?)),
-            Kind::U32 => f64::from(cursor.u32()?),
-            Kind::I64 => i64::from_le_bytes(cursor.number()?) as f64,
-            Kind::U64 => u64::from_le_bytes(cursor.number()?) as f64,
-            Kind::F32 => f64::from(f32::from_le_bytes(cursor.number()?)),
-            Kind::F64 => f64::from_le_bytes(cursor.number()?),
-            Kind::Text => return cursor.text().map(drop),
-            Kind::Record(place) => return self.record(place),
-            Kind::Time => return self.time(),
+            FieldType::U8 => f64::from(cursor.number::<1>()?[0]),
+            FieldType::I8 => f64::from(i8::from_le_bytes(cursor.number()?)),
+            FieldType::I16 => f64::from(i16::from_le_bytes(cursor.number()?)),
+            FieldType::U16 => f64::from(u16::from_le_bytes(cursor.number()?)),
+            FieldType::I32 => f64::from(i32::from_le_bytes(cursor.number()?)),
+            FieldType::U32 => f64::from(cursor.u32()?),
+            FieldType::I64 => i64::from_le_bytes(cursor.number()?) as f64,
+            FieldType::U64 => u64::from_le_bytes(cursor.number()?) as f64,
+            FieldType::F32 => f64::from(f32::from_le_bytes(cursor.number()?)),
+            FieldType::F64 => f64::from_le_bytes(cursor.number()?),
+            FieldType::Text => return cursor.text().map(drop),
+            FieldType::Record(place) => return self.record(place),
+            FieldType::Time => return self.time(),
         };
-        self.tell(value);
+        self.store(value);
         Ok(())
     }
 
-    fn tell(&mut self, value: f64) {
-        if self.is_told {
+    fn store(&mut self, value: f64) {
+        if self.is_present {
             self.found.values.push(value);
             if let Some(paths) = &mut self.found.paths {
                 paths.push(self.path.clone());
@@ -154,7 +159,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// That of the header is the time of the message.
+    /// The time of the header is the time of the message.
     fn time(&mut self) -> Result<(), String> {
         let (seconds, nanoseconds) = (self.cursor.u32()?, self.cursor.u32()?);
         // ROS 2 counts seconds as int32, ROS 1 as uint32.
@@ -163,7 +168,7 @@ impl<'a> Walk<'a> {
         if self.path == "header.stamp" || self.path == "stamp" {
             self.found.stamp = stamp;
         } else {
-            self.tell(stamp as f64 / 1e9);
+            self.store(stamp as f64 / 1e9);
         }
         Ok(())
     }
@@ -211,7 +216,7 @@ mod tests {
         assert!(decode(&words(&[u32::MAX]), Encoding::Cdr, &empty, false).is_err());
         let many = Schema::of("a/S", "float64[4000000000] q").unwrap();
         assert!(decode(&words(&[0; 20]), Encoding::Cdr, &many, false).is_err());
-        // A long array is passed over.
+        // A long array is skipped.
         let image = Schema::of("a/S", "uint32[] image\nuint32 tick").unwrap();
         let data = words(&[&[300][..], &[5; 300], &[7]].concat());
         assert_eq!(decode(&data, Encoding::Cdr, &image, true).unwrap().values, [7.0]);

@@ -1,14 +1,14 @@
-//! One message sensor_msgs/JointState, as CDR (ROS 2) or as ROS 1 wrote it.
+//! One message sensor_msgs/JointState, in CDR (ROS 2) or in the encoding of ROS 1.
 //!
-//! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N).
-//! ROS 1 begins with a sequence number.
+//! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N). In ROS 1 a sequence number
+//! comes first.
 
 use crate::formats::rosbag::cdr::{Cursor, Encoding};
 
-/// The arrays of a message; one that is not measured is empty.
+/// The arrays of a message; an array that is not measured is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct JointState<'a> {
-    /// ns; zero where the driver sets none.
+    /// Time of the header, ns; zero where the driver sets none.
     pub stamp: i64,
     pub names: Vec<&'a str>,
     pub position: Vec<f64>,
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_gap_before_numbers_is_an_alignment() {
-        // A frame of four letters moves the numbers by four bytes, and their alignment puts four in between.
+        // A frame of four letters shifts the numbers by four bytes, and their alignment adds four.
         let longer = [&CDR[..12], &[5, 0, 0, 0, b'b', b'a', b's', b'e', 0, 0, 0, 0], &CDR[20..36], &[0; 4], &CDR[36..]];
         assert_eq!(JointState::decode(&longer.concat(), Encoding::Cdr).unwrap(), expected());
     }

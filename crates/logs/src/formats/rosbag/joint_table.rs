@@ -1,11 +1,11 @@
-//! The joint states of one topic become a table.
+//! Converts the joint states of one topic to a table.
 //!
-//! A message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every joint that was
-//! named. Messages may name other joints or order them otherwise. A value that a message does not hold is NaN. Time
-//! counts from the first message (s), because nanoseconds since 1970 have more digits than an f64 keeps.
+//! A message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every named joint. Messages
+//! may name different joints or order them differently. A value that is not in a message is NaN. Time counts from the first
+//! message (s), because nanoseconds since 1970 have more digits than an f64.
 //!
-//! A joint that few messages name would be a nearly empty column. It is left out with a note. So the table has at most
-//! [`SPARSE_JOINT_RATIO`] times as many numbers as the messages.
+//! A joint in few messages would be a nearly empty column. It is left out with a note. So the table has at most
+//! [`SPARSE_JOINT_RATIO`] times the number of values in the messages.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,34 +17,34 @@ use crate::table::{MAX_CELLS, Table};
 /// The quantities of a JointState, in the order of its fields.
 const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
-/// More joints than this are not one robot.
+/// Greatest number of joints of one robot.
 const MAX_JOINTS: usize = 500;
 
-/// A joint that is in fewer than one of so many messages is left out.
+/// A joint in fewer than one of this number of messages is left out.
 pub(super) const SPARSE_JOINT_RATIO: usize = 64;
 
-/// Bytes of a number of a message: it and its row, in arrays that grow by doubling.
+/// Memory of a number of a message, bytes: the number and its row, in arrays that grow by doubling.
 pub(super) const CELL_BYTES: usize = 2 * (size_of::<f64>() + size_of::<u32>());
 
 /// The messages of one topic.
 #[derive(Default)]
 pub(crate) struct JointTable {
-    /// Times of the messages by their headers and by the recorder, ns.
+    /// Times of the messages, from their headers and from the recorder, ns.
     stamps: Vec<i64>,
     log_times: Vec<i64>,
-    /// In the order of their first naming.
+    /// Names of the joints, in the order of first occurrence.
     joints: Vec<String>,
     places: BTreeMap<String, usize>,
     /// For every joint the series of the three quantities.
-    series: Vec<[Series; 3]>,
+    series: Vec<[NumbersByRow; 3]>,
     uneven: usize,
-    /// Numbers in all of it.
+    /// Number of values in the table.
     cells: usize,
 }
 
-/// Numbers and the rows they stand in.
+/// Numbers and their rows.
 #[derive(Default)]
-pub(super) struct Series {
+pub(super) struct NumbersByRow {
     rows: Vec<u32>,
     values: Vec<f64>,
 }
@@ -54,17 +54,17 @@ impl JointTable {
         self.stamps.len()
     }
 
-    /// The joints that were named, in the order of their first naming.
+    /// Names of the joints, in the order of first occurrence.
     pub(crate) fn joints(&self) -> &[String] {
         &self.joints
     }
 
-    /// Numbers that a message adds: two times and its arrays.
+    /// Number of values of a message: two times and its arrays.
     pub(crate) fn cells_of(state: &JointState) -> usize {
         2 + [&state.position, &state.velocity, &state.effort].iter().map(|a| a.len()).sum::<usize>()
     }
 
-    /// Takes in a message that the recorder got at `log_time` ns.
+    /// Adds a message that the recorder received at `log_time` ns.
     ///
     /// Fails when it names a joint twice, or when there are too many joints or numbers.
     pub(crate) fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
@@ -122,7 +122,7 @@ impl JointTable {
             let mut without = Vec::new();
             for (joint, series) in self.joints.iter().zip(&mut self.series) {
                 let series = std::mem::take(&mut series[k]);
-                // Controllers fill what they do not measure with NaN.
+                // Controllers set unmeasured values to NaN.
                 if series.values.iter().all(|x| x.is_nan()) {
                     without.push(joint.as_str());
                     continue;
@@ -156,19 +156,19 @@ impl JointTable {
     }
 }
 
-/// s of each message from the first, and the name of the clock: that of the headers, or of the recorder where they have
-/// none.
+/// Time of each message since the first, s, and the name of the clock: the clock of the headers, or of the recorder where these
+/// have none.
 pub(super) fn seconds(stamps: &[i64], log_times: &[i64]) -> (Vec<f64>, &'static str) {
     let stamped = stamps.iter().any(|&s| s != 0);
-    // The difference of whole numbers is exact, so that one division gives the nearest f64.
+    // The difference of integers is exact, so one division gives the nearest f64.
     let times = if stamped { stamps } else { log_times };
-    // A driver's first messages may be without a stamp.
+    // The first messages of a driver may have no stamp.
     let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));
     let time = times.iter().map(|&t| (i128::from(t) - first) as f64 / 1e9).collect();
     (time, if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" })
 }
 
-impl Series {
+impl NumbersByRow {
     pub(super) fn len(&self) -> usize {
         self.values.len()
     }
@@ -190,9 +190,12 @@ impl Series {
     }
 }
 
-/// A list of names that does not fill the screen.
+/// Greatest number of characters of a list of names in a message.
+const MAX_LISTED_CHARACTERS: usize = 600;
+/// A list of names, shortened to a readable length.
 pub(crate) fn clipped(text: String) -> String {
-    if text.chars().count() <= 600 { text } else { text.chars().take(600).chain(" ..".chars()).collect() }
+    let has_room = text.chars().count() <= MAX_LISTED_CHARACTERS;
+    if has_room { text } else { text.chars().take(MAX_LISTED_CHARACTERS).chain(" ..".chars()).collect() }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The messages of an MCAP file (mcap.dev, version 0), in file order.
 //!
-//! A record is an opcode, its length in eight bytes, and its content; numbers are little-endian, a text has its length before
-//! it. Four kinds are taken apart: schemas, channels, messages and chunks, which are compressed records. The index at the end
-//! is not used. So the file of a recorder that was killed is read as far as it is whole.
+//! A record is an opcode, its length in eight bytes, and its content; numbers are little-endian, a text is preceded by its
+//! length. Four kinds are decoded: schemas, channels, messages and chunks, which are compressed records. The index at the end is
+//! not used, so the file of a recorder that was killed is read up to its last complete record.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -10,37 +10,37 @@ use std::io::Read;
 use gate::budget::Budget;
 
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
-use crate::formats::message::{Channel, Message, Outcome, Receiver};
+use crate::formats::message::{Channel, Message, ReadOutcome, Receiver};
 use crate::formats::rosbag::cdr::Cursor;
 
-/// Of what a file may take, a record of a chunk may take one part in so many.
+/// A record of a chunk may take one of this number of shares of the file's budget.
 const RECORD_BUDGET_SHARE: usize = 4;
-/// What a file begins with.
+/// The first bytes of a file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Kinds of records.
+/// Opcodes of records.
 mod opcode {
     pub(super) const SCHEMA: u8 = 3;
     pub(super) const CHANNEL: u8 = 4;
     pub(super) const MESSAGE: u8 = 5;
     pub(super) const CHUNK: u8 = 6;
-    /// The last records of the data and of the file: only the index is behind the first.
+    /// The last records of the data and of the file: after the first of them there is only the index.
     pub(super) const ENDS: [u8; 2] = [15, 2];
 }
 
 /// Receiver of records: opcode and content.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 
-/// Hands every message of a file of `length` bytes to `each`. What its chunks unfold to is drawn from `work`.
+/// Passes every message of a file of `length` bytes to `each`. The decompressed bytes of its chunks are drawn from `work`.
 ///
-/// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
+/// Fails when a record is damaged; a file that ends early is no failure, and gives an `Outcome`.
 pub(crate) fn read(
     mut source: impl Read,
     length: u64,
     work: &mut Budget,
     each: &mut Receiver,
-) -> Result<Outcome, String> {
-    let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
+) -> Result<ReadOutcome, String> {
+    let mut reader = ChunkReader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
     let mut at = MAGIC.len() as u64;
     let mut magic = [0; MAGIC.len()];
     source.read_exact(&mut magic).map_err(|e| format!("cannot be read: {e}"))?;
@@ -54,10 +54,10 @@ pub(crate) fn read(
     });
     let whole = whole.map_err(|e| if e.starts_with("record at") { e } else { format!("record at byte {at}: {e}") })?;
     let cut = format!("is cut short: whole up to byte {at} of {length}; what is behind is not read");
-    Ok(Outcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
+    Ok(ReadOutcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
 }
 
-/// Hands over the records in `length` bytes, each of at most `longest`, up to the record that ends the data; `false` when
+/// Passes on the records in `length` bytes, each of at most `longest` bytes, up to the record that ends the data; `false` when
 /// the bytes end before it.
 fn records(mut source: impl Read, length: u64, longest: usize, each: &mut RecordReceiver) -> Result<bool, String> {
     let failed = |e: std::io::Error| format!("cannot be read: {e}");
@@ -72,7 +72,7 @@ fn records(mut source: impl Read, length: u64, longest: usize, each: &mut Record
         if opcode::ENDS.contains(&opcode) {
             return Ok(true);
         }
-        // A claimed length is checked against the bytes left before anything is allocated for it.
+        // A stated length is compared with the remaining bytes before any allocation.
         left -= 9;
         let size = u64::from_le_bytes(size);
         if size > left {
@@ -91,14 +91,14 @@ fn records(mut source: impl Read, length: u64, longest: usize, each: &mut Record
     }
 }
 
-/// What precedes the packed records of a chunk.
+/// The fields of a chunk before its compressed records.
 struct ChunkHead<'a> {
     unpacked_size: u64,
     unpacked_crc: u32,
     compression: &'a str,
 }
 
-struct Reader<'a, 'b> {
+struct ChunkReader<'a, 'b> {
     /// Name and definition of each type.
     schemas: BTreeMap<u16, (String, Option<(String, String)>)>,
     channels: BTreeMap<u16, Channel>,
@@ -106,7 +106,7 @@ struct Reader<'a, 'b> {
     each: &'a mut Receiver<'b>,
 }
 
-impl Reader<'_, '_> {
+impl ChunkReader<'_, '_> {
     fn record(&mut self, opcode: u8, content: &[u8]) -> Result<(), String> {
         let mut fields = Cursor::plain(content, "whole record");
         match opcode {
@@ -174,26 +174,26 @@ impl Reader<'_, '_> {
         let unpacked = compression.reader(packed).map_err(damaged)?;
         let mut unpacked = Summed { source: unpacked, sum: flate2::Crc::new() };
         let mut taken = 0;
-        // A record grows in a buffer that is copied as it doubles.
+        // A record is read into a buffer that is copied when it doubles.
         let longest = self.work.whole() / RECORD_BUDGET_SHARE;
         let mut take = |opcode: u8, content: &[u8]| {
             taken += 9 + content.len();
             match opcode {
-                // No record has this number: what is unpacked is filled with zeros.
+                // No record has this opcode: the decompressed bytes are filled with zeros.
                 0 => Err("the chunk is damaged: it holds records of the opcode 0".into()),
                 opcode::CHUNK => Ok(()),
                 _ => self.record(opcode, content),
             }
         };
         let read = records(&mut unpacked, size as u64, longest, &mut take);
-        // Where the bytes are damaged, that is the reason and not what their records seem to be.
+        // Where the bytes are damaged, the damage is reported rather than an error of their records.
         let rest = std::io::copy(&mut unpacked.by_ref().take(1 + size as u64), &mut std::io::sink());
         let (found, claimed) = (&unpacked.sum, head.unpacked_crc);
         rest.map_err(|e| damaged(format!("it cannot be unpacked: {e}")))?;
         if u64::from(found.amount()) != (size as u64) % (1 << 32) {
             return Err(damaged(format!("it does not unpack to the {size} bytes it claims")));
         }
-        // A checksum of zero says that the writer made none.
+        // A checksum of zero means that the writer computed none.
         if claimed != 0 && claimed != found.sum() {
             return Err(damaged(format!("its checksum is {:08x} instead of {claimed:08x}", found.sum())));
         }
@@ -202,7 +202,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// A source of which a checksum is made.
+/// A source with a checksum of its bytes.
 struct Summed<R> {
     source: R,
     sum: flate2::Crc,
@@ -220,7 +220,7 @@ impl<R: Read> Read for Summed<R> {
 mod tests {
     use super::*;
 
-    /// Schema 1 `T`, channel 2 `/a` of it, one message `x` at 5 ns, one record of another kind, the end.
+    /// Schema 1 `T`, channel 2 `/a` of this type, one message `x` at 5 ns, one record of another kind, the end.
     fn file() -> Vec<u8> {
         let record =
             |opcode: u8, content: &[u8]| [&[opcode, content.len() as u8, 0, 0, 0, 0, 0, 0, 0], content].concat();
@@ -239,7 +239,7 @@ mod tests {
 
     type Found = Vec<(Channel, i64, Vec<u8>)>;
 
-    fn messages(bytes: &[u8]) -> (Found, Result<Outcome, String>) {
+    fn messages(bytes: &[u8]) -> (Found, Result<ReadOutcome, String>) {
         let mut found = Vec::new();
         let outcome = read(bytes, bytes.len() as u64, &mut Budget::of(bytes.len()), &mut |m| {
             found.push((m.channel.clone(), m.log_time, m.data.to_vec()));
@@ -268,11 +268,11 @@ mod tests {
         let ends: Vec<u64> = [8, 32, 62, 84, 116].to_vec();
         for cut in 8..whole.len() - 4 {
             let (found, outcome) = messages(&whole[..cut]);
-            let told = outcome.unwrap().cut;
+            let cut_message = outcome.unwrap().cut;
             let expected = *ends.iter().rfind(|&&end| end <= cut as u64).unwrap();
             // The head of the last record marks the end of the data, so its content is not needed.
             let expected = format!("is cut short: whole up to byte {expected} of {cut}; what is behind is not read");
-            assert_eq!(told, (cut < 125).then_some(expected), "{cut}");
+            assert_eq!(cut_message, (cut < 125).then_some(expected), "{cut}");
             assert_eq!(found.len(), usize::from(cut >= 116), "{cut}");
         }
     }

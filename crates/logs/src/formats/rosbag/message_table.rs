@@ -1,19 +1,19 @@
-//! The messages of one topic of any type become a table: a message is a row, and each number in it a column by the path of
+//! Converts the messages of one topic of any type to a table: a message is a row, and each number in it a column with the path of
 //! its field.
 //!
-//! Time is that of the header, or of the recorder, and counts from the first message.
+//! Time is taken from the header, or from the recorder, and counts from the first message.
 
 use std::collections::BTreeMap;
 
 use crate::Error;
 use crate::formats::rosbag::cdr::Encoding;
 use crate::formats::rosbag::fields;
-use crate::formats::rosbag::joint_table::{CELL_BYTES, SPARSE_JOINT_RATIO, Series, seconds};
+use crate::formats::rosbag::joint_table::{CELL_BYTES, NumbersByRow, SPARSE_JOINT_RATIO, seconds};
 use crate::formats::rosbag::schema::Schema;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
 use gate::budget::Budget;
 
-/// Arrays change their lengths, and names their order; more changes are no signals of a robot.
+/// Greatest number of different lengths and orders of names in a topic; more are no signals of a robot.
 const MAX_FORMS: usize = 1000;
 
 /// The messages of one topic.
@@ -23,8 +23,8 @@ pub(crate) struct MessageTable {
     log_times: Vec<i64>,
     paths: Vec<String>,
     places: BTreeMap<String, usize>,
-    series: Vec<Series>,
-    /// Where the values of a message go, by its form.
+    series: Vec<NumbersByRow>,
+    /// Indices of the series of a message's values, by its form.
     forms: BTreeMap<Vec<u8>, Vec<usize>>,
     cells: usize,
 }
@@ -36,9 +36,9 @@ impl MessageTable {
         MessageTable { schema, stamps, log_times, paths, places, series, forms, cells: 0 }
     }
 
-    /// Takes in a message that the recorder got at `log_time` ns; its numbers are drawn from `memory`.
+    /// Adds a message that the recorder received at `log_time` ns; its numbers are drawn from `memory`.
     ///
-    /// Fails where it is no message of the definition, or there are too many numbers.
+    /// Fails where it does not fit the definition, or where there are too many numbers.
     pub(crate) fn push(
         &mut self,
         log_time: i64,
@@ -68,7 +68,7 @@ impl MessageTable {
         Ok(())
     }
 
-    /// The columns of the values of a message.
+    /// The indices of the series of a message's values.
     fn new_form(&mut self, data: &[u8], encoding: Encoding) -> Result<Vec<usize>, String> {
         if self.forms.len() == MAX_FORMS {
             return Err(format!("its arrays have their {MAX_FORMS}th set of lengths and names: these are no signals"));
@@ -83,7 +83,7 @@ impl MessageTable {
                     return Err(format!("with it there are more than {MAX_COLUMNS} columns"));
                 }
                 self.paths.push(path);
-                self.series.push(Series::default());
+                self.series.push(NumbersByRow::default());
             }
             places.push(place);
         }
@@ -92,7 +92,7 @@ impl MessageTable {
 
     /// The table of the messages of topic `name` in `file`.
     ///
-    /// Fails where there is none, or it would hold more than [`MAX_CELLS`] numbers.
+    /// Fails where there are no messages, or more than [`MAX_CELLS`] numbers.
     pub(crate) fn table(self, name: &str, kind: &str, file: &str, mut notes: Vec<String>) -> Result<Table, Error> {
         let rows = self.stamps.len();
         let refused = |message: String| Error::at(file, 0, message);

@@ -1,9 +1,9 @@
-//! Messages of a ROS recording as a table: an MCAP file, the directory of a rosbag2, or what another package reads.
+//! Messages of a ROS recording as a table: an MCAP file, the directory of a rosbag2, or a format of another package.
 //!
-//! Joint states are taken where there are some. Messages of another type become columns by the paths of their fields, as
-//! the definition says that the recording carries. If a recording has several topics that may be meant, it is refused
-//! until `log.mcap#/arm/joint_states` names one. The parts of a directory are read in the order of their numbers, whatever their storage. A part packed as a whole
-//! (`.db3.zstd`) is unpacked in memory.
+//! Joint states are read where there are any. Messages of another type become columns with the paths of their fields, from the
+//! definition in the recording. A recording with several possible topics is refused until `log.mcap#/arm/joint_states` names one.
+//! The parts of a directory are read in the order of their numbers, whatever their storage. A part that is compressed as a whole
+//! (`.db3.zstd`) is decompressed in memory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,8 +13,8 @@ use gate::source::{self, Source};
 
 use crate::Error;
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
-use crate::formats::content::{Content, MAGIC_BYTES};
-use crate::formats::message::{Channel, Message, Outcome};
+use crate::formats::content::{FileFormat, MAGIC_BYTES};
+use crate::formats::message::{Channel, Message, ReadOutcome};
 use crate::formats::registered::LogReader;
 use crate::formats::rosbag::cdr::Encoding;
 use crate::formats::rosbag::joint_state::JointState;
@@ -27,12 +27,12 @@ use crate::table::{MAX_FILE_BYTES, Table};
 /// The names of the message type with joint states.
 const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
 
-/// Reads the recording at a path, with `#topic` behind it or without; `None`: there is none.
+/// Reads the recording at a path, with or without a trailing `#topic`; `None`: it is no recording.
 pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     let (place, topic) = address(path);
     let name = path.display().to_string();
     // Reading a pipe would consume it, so the first bytes are read from regular files only.
-    let content = if place.is_file() { head(&place).unwrap_or(Content::Text) } else { Content::Text };
+    let content = if place.is_file() { head(&place).unwrap_or(FileFormat::Text) } else { FileFormat::Text };
     if !place.is_dir() && !content.is_recording() {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
         return if topic.is_some() { Err(Error::at(&name, 0, message)) } else { Ok(None) };
@@ -59,17 +59,17 @@ pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Ta
     recording.table(file, file)
 }
 
-/// A topic whose messages are taken apart by their definition.
+/// A topic with messages that are decoded by their definition.
 struct General {
     topic: String,
     kind: String,
     messages: MessageTable,
 }
 
-/// Types of what every recording of ROS holds beside the signals.
+/// Message types that every recording of ROS has in addition to signals.
 const NO_SIGNALS: [&str; 4] = ["rcl_interfaces/", "tf2_msgs/", "std_msgs/String", "rosgraph_msgs/"];
 
-/// The path and the topic behind it. A file that is called like the whole text takes precedence.
+/// The path and the topic after it. A file with the whole text as its name takes precedence.
 fn address(path: &Path) -> (PathBuf, Option<String>) {
     let split = path.to_str().filter(|_| !path.exists()).and_then(|p| p.rsplit_once('#'));
     match split {
@@ -78,16 +78,16 @@ fn address(path: &Path) -> (PathBuf, Option<String>) {
     }
 }
 
-fn head(path: &Path) -> Result<Content, Error> {
+fn head(path: &Path) -> Result<FileFormat, Error> {
     let head = Source::open(path).and_then(|mut source| source.head(MAGIC_BYTES));
-    Ok(Content::of(&head.map_err(|e| unreadable(path, &e))?))
+    Ok(FileFormat::of(&head.map_err(|e| unreadable(path, &e))?))
 }
 
 fn unreadable(path: &Path, e: &std::io::Error) -> Error {
     Error::at(&path.display().to_string(), 0, format!("cannot be read: {e}"))
 }
 
-/// The recordings of a directory, by the number their names end with: _10 comes behind _9.
+/// The recordings of a directory, by the number at the end of their names: _10 comes after _9.
 fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(directory).map_err(|e| unreadable(directory, &e))? {
@@ -95,13 +95,13 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
         if !path.is_file() {
             continue;
         }
-        // A file that is only looked at is no input.
+        // Reading the head of a file does not register it as an input.
         let head = source::glance(&path, MAGIC_BYTES);
-        match Content::of(&head.ok_or_else(|| unreadable(&path, &std::io::ErrorKind::Other.into()))?) {
+        match FileFormat::of(&head.ok_or_else(|| unreadable(&path, &std::io::ErrorKind::Other.into()))?) {
             content if content.is_recording() => found.push(path),
-            // rosbag2 leaves an unpacked part beside the packed one.
-            Content::Zstd if !path.with_extension("").exists() => found.push(path),
-            content @ Content::Foreign(_) => {
+            // rosbag2 keeps a decompressed part next to the compressed one.
+            FileFormat::Zstd if !path.with_extension("").exists() => found.push(path),
+            content @ FileFormat::Foreign(_) => {
                 let why = content.refusal().unwrap_or_default();
                 return Err(Error::at(&path.display().to_string(), 0, why));
             }
@@ -124,17 +124,17 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 struct Recording {
-    /// For the joint states.
+    /// Budget of the joint states.
     memory: Budget,
-    /// For what is unpacked on the way to them.
+    /// Budget of intermediate decompressed bytes.
     work: Budget,
     wanted: Option<String>,
     topics: BTreeMap<String, JointTable>,
     /// Every topic with its type.
     all: BTreeSet<(String, String)>,
-    /// Definitions of topics that carry no joint states.
+    /// Definitions of topics without joint states.
     definitions: BTreeMap<String, (String, String)>,
-    /// The topic that is taken instead of joint states.
+    /// The topic that is read instead of joint states.
     general: Option<General>,
     notes: Vec<String>,
 }
@@ -153,7 +153,7 @@ impl Recording {
         }
     }
 
-    /// A file of so many bytes follows.
+    /// Adds a file of this number of bytes to the budgets.
     fn grow(&mut self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         self.memory.grow(bytes);
@@ -163,13 +163,13 @@ impl Recording {
     fn add(&mut self, path: &Path) -> Result<(), Error> {
         let file = path.display().to_string();
         match head(path)? {
-            Content::Mcap => {
+            FileFormat::Mcap => {
                 let source = Source::open(path).map_err(|e| unreadable(path, &e))?;
                 let length = source.length().unwrap_or(u64::MAX);
                 self.grow(source.length().unwrap_or(0));
                 self.take(&file, |_, work, each| mcap::read(std::io::BufReader::new(source), length, work, each))
             }
-            Content::Zstd => {
+            FileFormat::Zstd => {
                 let packed = source::read(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, &e))?;
                 self.grow(packed.len() as u64);
                 let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED_BYTES);
@@ -187,8 +187,8 @@ impl Recording {
     }
 
     fn add_bytes(&mut self, file: &str, bytes: &[u8]) -> Result<(), Error> {
-        match Content::of(bytes) {
-            Content::Mcap => self.take(file, |_, work, each| mcap::read(bytes, bytes.len() as u64, work, each)),
+        match FileFormat::of(bytes) {
+            FileFormat::Mcap => self.take(file, |_, work, each| mcap::read(bytes, bytes.len() as u64, work, each)),
             other => match other.reader() {
                 Some(LogReader::Recording { of_bytes, .. }) => {
                     self.take(file, |wanted, work, each| of_bytes(bytes, wanted, work, each))
@@ -198,7 +198,7 @@ impl Recording {
         }
     }
 
-    /// Takes in what `read` hands over of a file, given which channels are wanted.
+    /// Adds the messages that `read` passes on from a file; `read` receives the selection of channels.
     fn take(
         &mut self,
         file: &str,
@@ -206,10 +206,11 @@ impl Recording {
             &dyn Fn(&Channel) -> bool,
             &mut Budget,
             &mut dyn FnMut(&Message) -> Result<(), String>,
-        ) -> Result<Outcome, String>,
+        ) -> Result<ReadOutcome, String>,
     ) -> Result<(), Error> {
         let Recording { wanted, topics, memory, work, general, .. } = self;
         let taken = general.as_ref().map(|general| general.topic.clone());
+        // Without a general topic, the wanted topic or every topic of joint states is read.
         let meant = |channel: &Channel| match &taken {
             Some(topic) => *topic == channel.topic,
             None => {
@@ -217,6 +218,7 @@ impl Recording {
                 JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && is_wanted
             }
         };
+        // A message of a general topic is decoded by its definition.
         let mut each = |message: &Message| {
             let channel = message.channel;
             if !meant(channel) {
@@ -231,10 +233,11 @@ impl Recording {
             memory.draw(CELL_BYTES * JointTable::cells_of(&state))?;
             topics.entry(channel.topic.clone()).or_default().push(message.log_time, &state)
         };
+        // All topics are kept for the error where none can be read.
         let outcome = read(&meant, work, &mut each).map_err(|e| Error::at(file, 0, e))?;
         for Channel { topic, schema, definition, .. } in outcome.channels {
-            let is_told = |text: &str| !text.trim().is_empty() && !JOINT_STATE_TYPES.contains(&schema.as_str());
-            if let Some(definition) = definition.filter(|(_, text)| is_told(text)) {
+            let is_defined = |text: &str| !text.trim().is_empty() && !JOINT_STATE_TYPES.contains(&schema.as_str());
+            if let Some(definition) = definition.filter(|(_, text)| is_defined(text)) {
                 self.definitions.insert(topic.clone(), definition);
             }
             self.all.insert((topic, schema));
@@ -243,7 +246,8 @@ impl Recording {
         Ok(())
     }
 
-    /// The topic to be taken by its definition, where no joint states are meant; `None` where joint states are, or nothing is.
+    /// The topic to read by its definition, where no joint states are wanted; `None` where there are joint states, or no such
+    /// topic.
     ///
     /// Fails where the definition cannot be read.
     fn general(&self) -> Result<Option<General>, String> {
@@ -281,7 +285,7 @@ impl Recording {
         found.and_then(|(name, topic)| topic.table(&name, file, notes)).map_err(|message| Error::at(file, 0, message))
     }
 
-    /// The topic that is meant: the wanted one, or the only one.
+    /// The wanted topic, or the only one.
     fn one_topic(&mut self, place: &str) -> Result<(String, JointTable), String> {
         if self.topics.len() > 1 {
             let topics = self
@@ -301,7 +305,7 @@ impl Recording {
                 false => Ok((name, topic)),
             };
         }
-        // Nothing was read: say why, from the nearest cause to the farthest.
+        // Nothing was read: the error gives the nearest cause.
         let meant = |topic: &str| self.wanted.as_ref().is_none_or(|w| w == topic);
         let silent =
             self.all.iter().find(|(topic, schema)| JOINT_STATE_TYPES.contains(&schema.as_str()) && meant(topic));

@@ -1,20 +1,20 @@
-//! The definition of a message type, as a recording carries it (`ros2msg`, `ros1msg`).
+//! The definition of a message type in a recording (`ros2msg`, `ros1msg`).
 //!
-//! Lines `type name`, then for each type within a line of `=` and `MSG: package/Name`. A type is a number, a text or
-//! another definition; `[]`, `[n]` and `[<=n]` make arrays. Constants (`NAME=1`), defaults and comments say nothing of how
-//! a message is laid out.
+//! Lines `type name`, then for each nested type a line of `=` and `MSG: package/Name`. A type is a number, a text or another
+//! definition; `[]`, `[n]` and `[<=n]` make arrays. Constants (`NAME=1`), defaults and comments do not affect the layout of a
+//! message.
 
 use std::collections::BTreeMap;
 
-/// Longest definition, in bytes. The longest of common robots has some thousand.
+/// Greatest length of a definition, bytes. The longest of common robots has some thousand.
 const MAX_SCHEMA_BYTES: usize = 1 << 18;
 
-/// Longest name of a field, in bytes.
+/// Greatest length of the name of a field, bytes.
 pub(crate) const MAX_NAME_BYTES: usize = 200;
 
-/// What a field holds.
+/// The type of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum FieldType {
     /// `bool`, `byte`, `uint8`, `char`.
     U8,
     I8,
@@ -27,13 +27,13 @@ pub(crate) enum Kind {
     F32,
     F64,
     Text,
-    /// Two words: s and ns.
+    /// Two integers: s and ns.
     Time,
-    /// A definition, by its place.
+    /// A definition, by its index.
     Record(usize),
 }
 
-/// How often a field holds it.
+/// The number of elements of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Count {
     One,
@@ -42,22 +42,22 @@ pub(crate) enum Count {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Field {
+pub(crate) struct SchemaField {
     pub name: String,
-    pub kind: Kind,
+    pub kind: FieldType,
     pub count: Count,
 }
 
-/// Definitions of a message and of what stands in it; the first is that of the message.
+/// Definitions of a message and of its nested types; the first one is the definition of the message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Schema {
-    pub records: Vec<Vec<Field>>,
+    pub records: Vec<Vec<SchemaField>>,
 }
 
 impl Schema {
-    /// Reads a definition of the type `name`.
+    /// Reads the definition of the type `name`.
     ///
-    /// Fails where it is too long, or a type in it is not known.
+    /// Fails where it is too long, or a type in it is unknown.
     pub(crate) fn of(name: &str, text: &str) -> Result<Schema, String> {
         if text.len() > MAX_SCHEMA_BYTES {
             return Err(format!("its definition has {} bytes; at most {MAX_SCHEMA_BYTES} are read", text.len()));
@@ -75,7 +75,7 @@ impl Schema {
             }
         }
         let places: BTreeMap<&str, usize> = parts.iter().enumerate().rev().map(|(k, p)| (p.0.as_str(), k)).collect();
-        let record = |(name, lines): &(String, Vec<&str>)| -> Result<Vec<Field>, String> {
+        let record = |(name, lines): &(String, Vec<&str>)| -> Result<Vec<SchemaField>, String> {
             let package = name.split('/').next().unwrap_or("");
             let fields = lines.iter().filter_map(|line| field(line, package, &places).transpose());
             fields.collect::<Result<_, _>>().map_err(|e| format!("the definition of {name}: {e}"))
@@ -84,20 +84,20 @@ impl Schema {
     }
 }
 
-/// `package/Name`, also of `package/msg/Name`.
+/// `package/Name`, also from `package/msg/Name`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
-/// The field of a line; none where it defines a constant.
-fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Option<Field>, String> {
+/// The field of a line; `None` where it defines a constant.
+fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Option<SchemaField>, String> {
     let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(|| format!("`{line}` names no field"))?;
     let rest = rest.trim();
     let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
     if name.is_empty() || name.len() > MAX_NAME_BYTES {
         return Err(format!("`{line}` names no field"));
     }
-    // A constant has `=` behind its name; a default has none, or `[<=n]` before it.
+    // A constant has `=` after its name; a default has none, or `[<=n]` before it.
     if rest[name.len()..].trim_start().starts_with('=') {
         return Ok(None);
     }
@@ -113,30 +113,30 @@ fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Op
         },
     };
     let kind = match kind.split("<=").next().unwrap_or(kind) {
-        "bool" | "byte" | "octet" | "uint8" | "char" => Kind::U8,
-        "int8" => Kind::I8,
-        "int16" => Kind::I16,
-        "uint16" => Kind::U16,
-        "int32" => Kind::I32,
-        "uint32" => Kind::U32,
-        "int64" => Kind::I64,
-        "uint64" => Kind::U64,
-        "float32" => Kind::F32,
-        "float64" => Kind::F64,
-        "string" => Kind::Text,
-        "time" | "duration" => Kind::Time,
+        "bool" | "byte" | "octet" | "uint8" | "char" => FieldType::U8,
+        "int8" => FieldType::I8,
+        "int16" => FieldType::I16,
+        "uint16" => FieldType::U16,
+        "int32" => FieldType::I32,
+        "uint32" => FieldType::U32,
+        "int64" => FieldType::I64,
+        "uint64" => FieldType::U64,
+        "float32" => FieldType::F32,
+        "float64" => FieldType::F64,
+        "string" => FieldType::Text,
+        "time" | "duration" => FieldType::Time,
         other => {
             let other = short(other);
-            let ways = [other.clone(), format!("{package}/{other}"), format!("std_msgs/{other}")];
+            let candidates = [other.clone(), format!("{package}/{other}"), format!("std_msgs/{other}")];
             if matches!(other.as_str(), "builtin_interfaces/Time" | "builtin_interfaces/Duration") {
-                Kind::Time
+                FieldType::Time
             } else {
-                let place = ways.iter().find_map(|name| places.get(name.as_str()));
-                Kind::Record(*place.ok_or_else(|| format!("`{other}` of `{line}` is not defined"))?)
+                let place = candidates.iter().find_map(|name| places.get(name.as_str()));
+                FieldType::Record(*place.ok_or_else(|| format!("`{other}` of `{line}` is not defined"))?)
             }
         }
     };
-    Ok(Some(Field { name, kind, count }))
+    Ok(Some(SchemaField { name, kind, count }))
 }
 
 #[cfg(test)]
@@ -160,7 +160,10 @@ mod tests {
             "name Text One",
         ];
         assert_eq!(shown, expected);
-        assert_eq!(schema.records[2][0], Field { name: "stamp".into(), kind: Kind::Time, count: Count::One });
+        assert_eq!(
+            schema.records[2][0],
+            SchemaField { name: "stamp".into(), kind: FieldType::Time, count: Count::One }
+        );
     }
 
     #[test]

@@ -1,28 +1,28 @@
 //! A point of the field at which the loops of a robot are closed: its constants, and every variable.
 //!
-//! Two ways, the first where it can be gone:
+//! Two methods; the first one is preferred:
 //!
 //! - constants first: all constants are drawn, then the variables, loop by loop. Of each loop some variables are drawn and
-//!   the last two or three solved for ([`crate::base::closed::planar_loop`]), whether they are coordinates or passive: at a
-//!   closed point nobody asks who drives whom. Lengths that are one symbol stay equal. For planar loops;
-//! - angles first: all angles are drawn but those that close the orientation of each loop
-//!   ([`crate::base::closed::orientation`]). What is left is affine in the lengths ([`crate::base::closed::lengths`]), and a
-//!   random solution is taken.
+//!   the last two or three are solved for ([`crate::base::closed::planar_loop`]). These may be coordinates or passive
+//!   variables, since closure does not depend on which joints are driven. Lengths of one symbol stay equal. For planar loops;
+//! - angles first: all angles are drawn except the ones that close the orientation of each loop
+//!   ([`crate::base::closed::orientation`]). The position equations are then affine in the lengths
+//!   ([`crate::base::closed::lengths`]), and a random solution is taken.
 //!
-//! An equation of the second degree has roots in the field for half of the draws: another draw is taken where it has none.
+//! An equation of the second degree has roots in the field for half of the draws. Without a root, another draw is taken.
 
 use std::collections::BTreeMap;
 
 use expr::{Function, Node, Symbol};
 
-use crate::base::angles::Angles;
+use crate::base::angles::GraphAngles;
 use crate::base::closed::lengths::random_zero;
 use crate::base::closed::orientation::Orientation;
 use crate::base::closed::planar_closing::Closing;
 use crate::base::closed::planar_loop::PlanarLoop;
 use crate::base::closed::pose::Pose;
 use crate::base::closed::reason::NoCertificate;
-use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
+use crate::base::closed::series::{CurveInput, SeriesAlgebra, TaylorSeries};
 use crate::base::closed::variables::{State, Variables};
 use crate::base::exact_rank::assigned;
 use crate::base::field::{Assignment, Residue};
@@ -30,23 +30,23 @@ use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use random::SplitMix;
 
-/// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
+/// Draws of all constants before giving up: with k equations of the second degree, one of 2^k draws has a point.
 const DRAWS_OF_CONSTANTS: usize = 400;
-/// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
+/// Failures other than a missing root before giving up: coinciding roots lead to equations of another form.
 const MAX_FAILED_DRAWS: usize = 24;
-/// The same where angles are drawn first, which meet nowhere.
-const FAILURES_OF_ANGLES: usize = 4;
-/// Draws of all variables, the constants as they are.
+/// Failures before giving up where angles are drawn first: random angles never coincide.
+const MAX_FAILED_ANGLE_DRAWS: usize = 4;
+/// Draws of all variables at given constants.
 const DRAWS_OF_A_STATE: usize = 60;
-/// Draws of the free variables of one loop, the others as they are.
+/// Draws of the free variables of one loop, with the other variables given.
 const DRAWS_OF_A_LOOP: usize = 8;
-/// Choices of the variables that close one loop.
-const MOST_CHOICES: usize = 200;
+/// Largest number of choices of the variables that close one loop.
+const MAX_CLOSING_CHOICES: usize = 200;
 
 /// A closed point.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedPoint {
-    /// By symbol.
+    /// The assigned constants, by symbol.
     pub constants: Vec<Assignment>,
     pub state: State,
 }
@@ -55,10 +55,10 @@ pub(crate) struct ClosedPoint {
 pub(crate) struct ClosedPoints {
     pub chains: LoopChains,
     pub variables: Variables,
-    /// e and J_p.
+    /// The function with the closure error e and the Jacobian J_p.
     pub closure: Function,
-    pub closure_angles: Angles,
-    placement_angles: Angles,
+    pub closure_angles: GraphAngles,
+    placement_angles: GraphAngles,
     /// The symbol of each variable.
     pub symbols: Vec<Symbol>,
 }
@@ -75,19 +75,20 @@ impl ClosedPoints {
         let symbols: Option<Vec<Symbol>> = closure.inputs.iter().flat_map(|i| &i.entries).map(symbol).collect();
         Ok(ClosedPoints {
             variables: variables.ok_or(NoCertificate::Ratio)?,
-            closure_angles: Angles::of(closure.graph()),
-            placement_angles: Angles::of(chains.placements.graph()),
+            closure_angles: GraphAngles::of(closure.graph()),
+            placement_angles: GraphAngles::of(chains.placements.graph()),
             symbols: symbols.ok_or(NoCertificate::OtherForm)?,
             chains,
             closure,
         })
     }
 
-    /// A closed point by random draws of constants, variables and roots; with `other_roots`, of the other root of each
-    /// equation as long as the draws are the same.
+    /// A closed point by random draws of constants, variables and roots. `other_roots` takes the other root of each
+    /// equation, as long as the draws of both calls are equal.
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
-        first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random, other_roots)))
+        first
+            .or_else(|_| self.attempts(MAX_FAILED_ANGLE_DRAWS, random, |random| self.angles_first(random, other_roots)))
     }
 
     fn attempts(
@@ -100,7 +101,7 @@ impl ClosedPoints {
         let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
-                // Whatever way it was found, all equations must hold.
+                // Independently of the method, all equations must hold.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
                 Ok(None) => {}
                 Ok(Some(_)) => failures += 1,
@@ -116,7 +117,7 @@ impl ClosedPoints {
         Err(reason)
     }
 
-    /// A closed point with these constants, if constants may come first.
+    /// A closed point with these constants; `None` where a loop is not planar or no draw closes the loops.
     pub(crate) fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
         for _ in 0..DRAWS_OF_A_STATE {
             if let Some(state) = self.state_at(constants, random, false).ok()? {
@@ -134,14 +135,14 @@ impl ClosedPoints {
         Ok(constants)
     }
 
-    /// `None` where a root is not in the field.
+    /// A point by the first method: constants, then variables. `None` where a root is not in the field.
     fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let constants = self.constants(random)?;
         let state = self.state_at(&constants, random, other_roots)?;
         Ok(state.map(|state| ClosedPoint { constants, state }))
     }
 
-    /// `None` where a root is not in the field.
+    /// The variables of a closed point with these constants. `None` where a root is not in the field.
     fn state_at(
         &self,
         constants: &[Assignment],
@@ -171,7 +172,7 @@ impl ClosedPoints {
         Ok(Some(state))
     }
 
-    /// Closes a loop by `count` of its unknown variables, the first of them that can be; the others are drawn.
+    /// Closes a loop by `count` of its unknown variables: the first choice that can be solved for. The others are drawn.
     fn closed_by(
         &self,
         state: &mut State,
@@ -181,10 +182,10 @@ impl ClosedPoints {
         other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
-        // Which of two roots is taken is drawn, so that every assembly is seen over several points.
+        // The choice between the two roots is drawn, so that several points cover every assembly.
         let other_root = (random.bits() & 1 == 1) != other_roots;
-        // The others of the loop are drawn until its equation has a root in the field.
-        for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
+        // The other variables of the loop are drawn until its equation has a root in the field.
+        for by in choices(unknown, count).into_iter().take(MAX_CLOSING_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {
                 let mut trial = state.clone();
@@ -205,7 +206,7 @@ impl ClosedPoints {
         Closing::OtherForm
     }
 
-    /// `None` where a root is not in the field.
+    /// A point by the second method: angles, then lengths. `None` where a root is not in the field.
     fn angles_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_angles(&mut constants);
@@ -224,7 +225,7 @@ impl ClosedPoints {
                 }
                 continue;
             }
-            // Angles of this loop alone are solved for before angles that others share.
+            // Angles of this loop alone are solved for before angles that other loops share.
             let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
             unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
@@ -235,6 +236,7 @@ impl ClosedPoints {
                 Closing::OtherForm => return Err(NoCertificate::OtherForm),
             }
         }
+        // All angles are known now: e is affine in the lengths, which a random zero of e closes.
         self.draw(&mut state, random, |k| !slides(k));
         let free: Vec<usize> = (0..self.variables.len()).rev().filter(|&k| slides(k)).collect();
         let lengths = self.lengths_of(&self.closure);
@@ -285,17 +287,17 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The variables as inputs of a function, still.
-    pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, Moving> {
-        let moving = |k: usize| Moving {
+    /// The variables as constant inputs of a function.
+    pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
+        let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),
             denominator: self.variables.denominators[k],
-            value: Series::number(state.lengths[k].unwrap_or_default()),
+            value: TaylorSeries::number(state.lengths[k].unwrap_or_default()),
         };
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// e and J_p, row by row, at a point; `None` where they are no elements of the field.
+    /// e and J_p, row by row, at a point; `None` where they are not defined in the field (a division by zero).
     pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
@@ -310,7 +312,7 @@ impl ClosedPoints {
     }
 }
 
-/// All choices of `count` of these, the first ones first.
+/// The choices of `count` of the numbers `of`, in lexicographic order, at most [`MAX_CLOSING_CHOICES`].
 fn choices(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     if count == 0 {
         return vec![Vec::new()];
@@ -319,7 +321,7 @@ fn choices(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     for (i, &first) in of.iter().enumerate() {
         for rest in choices(&of[i + 1..], count - 1) {
             all.push([&[first], rest.as_slice()].concat());
-            if all.len() == MOST_CHOICES {
+            if all.len() == MAX_CLOSING_CHOICES {
                 return all;
             }
         }

@@ -1,13 +1,13 @@
 //! The independent columns of a regressor with loops, at closed points of a finite field.
 //!
-//! The loops of a robot may be assembled in several ways, and those may have several ranks: the crossed four-bar has 8 base
-//! parameters where the parallelogram of the same lengths has 3. So points are looked at until the columns of two stand out
-//! by the numbers too. Where all agree with each other and not with the numbers, the numbers are special. Where they differ,
-//! and none agrees with the numbers, nothing is said.
+//! The loops of a robot may have several assemblies, and these may have different ranks: the crossed four-bar has 8 base
+//! parameters where the parallelogram of the same lengths has 3. So points are evaluated until the columns of two of them
+//! also stand out numerically. Where all points agree with each other but not with the numeric columns, the numbers of the
+//! file are special. Where the points differ, and none agrees with the numeric columns, there is no result.
 
 use expr::Function;
 
-use crate::base::angles::Angles;
+use crate::base::angles::GraphAngles;
 use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::closed::reason::NoCertificate;
@@ -16,41 +16,45 @@ use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// Points looked at: in pairs of the same draws, the second with the other root of each equation.
+/// Largest number of points: in pairs with equal draws, the second with the other root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;
-/// Points looked at in any case: two assemblies of one robot, and one of another.
+/// Smallest number of points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// Points that must agree with each other, and with the numbers.
+/// Number of points whose columns must agree with each other, and with the numeric columns.
 const AGREEING_RANKS: usize = 2;
-/// Curves through each point. With one coordinate, three rows of each order may be independent: those of its acceleration,
-/// of its squared rate, and of gravity.
+/// Curves through each point. With one coordinate, three rows of each order may be independent: the rows of its
+/// acceleration, of its squared rate, and of gravity.
 const CURVES_PER_POINT: usize = 4;
-/// Orders at the end that must bring no new row.
+/// Number of the last orders that must bring no new row.
 const SETTLED_ORDERS: usize = 2;
-/// The longest series.
-const MOST_ORDERS: usize = 200;
+/// Largest order of a power series.
+const MAX_SERIES_ORDER: usize = 200;
+/// Rows beyond `expected` that the first orders provide, in addition to a third of `expected`.
+const SPARE_ROWS: usize = 8;
+/// Seed of the first pair of points.
+const FIRST_SEED: u64 = 1979;
 
 /// The rank at closed points.
 pub(crate) struct ClosedRank {
-    /// The columns that are independent of those before them.
+    /// The columns that are independent of the columns before them.
     pub columns: Vec<usize>,
     /// Whether other assemblies have another rank.
     pub other_assemblies: bool,
-    /// Where they are from.
+    /// The source of the closed points.
     pub points: ClosedPoints,
     /// Rows of the points that have this rank, a list per point.
     rows: Vec<Vec<Vec<Residue>>>,
 }
 
 impl ClosedRank {
-    /// Whether a column is a combination of these at every point, with one set of coefficients each.
+    /// Whether a column is a combination of the columns `support` at every point, with one set of coefficients per point.
     pub(crate) fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
         let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
         self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
     }
 }
 
-/// The columns of those assemblies that the numbers agree with, else of all that were looked at. About
+/// The rank of the assemblies with which the numeric columns agree (`agrees`), else of all evaluated points. About
 /// `expected` columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
@@ -60,12 +64,12 @@ pub(crate) fn closed_rank(
 ) -> Result<ClosedRank, NoCertificate> {
     let Some(closure) = derivation.closure_function() else { return Err(NoCertificate::OtherForm) };
     let points = ClosedPoints::new(derivation, closure)?;
-    let angles = Angles::of(regressor.graph());
-    let (mut found, mut failure): (Vec<At>, _) = (Vec::new(), NoCertificate::OtherForm);
-    // The first assembly that the numbers agree with.
+    let angles = GraphAngles::of(regressor.graph());
+    let (mut found, mut failure): (Vec<ColumnsAtPoint>, _) = (Vec::new(), NoCertificate::OtherForm);
+    // The first columns that agree with the numeric ones.
     let mut chosen: Option<Vec<usize>> = None;
     for k in 0..MAX_CLOSED_POINTS {
-        let mut random = SplitMix(1979 + k / 2);
+        let mut random = SplitMix(FIRST_SEED + k / 2);
         let point = points.point(&mut random, k % 2 == 1)?;
         match columns_at(&points, regressor, &angles, expected, &point, &mut random) {
             Ok(at) => {
@@ -80,14 +84,16 @@ pub(crate) fn closed_rank(
         if k + 1 >= FEWEST_CLOSED_POINTS && n_agree >= AGREEING_RANKS {
             break;
         }
-        // Another assembly may not be singular; one that does not move will not move at other lengths.
+        // Another assembly may be regular where this one is singular. An assembly that does not move stays fixed at other
+        // lengths too.
         if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
             break;
         }
     }
     let Some(first) = found.first() else { return Err(failure) };
     let columns = chosen.clone().unwrap_or(first.columns.clone());
-    let (same, others): (Vec<At>, Vec<At>) = found.into_iter().partition(|at| at.columns == columns);
+    let (same, others): (Vec<ColumnsAtPoint>, Vec<ColumnsAtPoint>) =
+        found.into_iter().partition(|at| at.columns == columns);
     if same.len() < AGREEING_RANKS || (chosen.is_none() && !others.is_empty()) {
         return Err(NoCertificate::OtherAssemblies);
     }
@@ -95,8 +101,8 @@ pub(crate) fn closed_rank(
     Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), points, rows })
 }
 
-/// The columns at one point, and the rows that tell.
-struct At {
+/// The independent columns at one point, and the rows that show it.
+struct ColumnsAtPoint {
     columns: Vec<usize>,
     rows: Vec<Vec<Residue>>,
 }
@@ -104,15 +110,15 @@ struct At {
 fn columns_at(
     points: &ClosedPoints,
     regressor: &Function,
-    angles: &Angles,
+    angles: &GraphAngles,
     expected: usize,
     point: &ClosedPoint,
     random: &mut SplitMix,
-) -> Result<At, NoCertificate> {
+) -> Result<ColumnsAtPoint, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    // Orders enough for `expected` independent rows and some to spare, from all curves together.
-    let mut order =
-        (expected + expected / 3 + 8).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1) + SETTLED_ORDERS;
+    // Enough orders for `expected` independent rows and some spare rows, from all curves together.
+    let mut order = (expected + expected / 3 + SPARE_ROWS).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1)
+        + SETTLED_ORDERS;
     loop {
         let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
         for _ in 0..CURVES_PER_POINT {
@@ -120,7 +126,7 @@ fn columns_at(
             let rows = regressor_rows(regressor, angles, point, along, order, random)?;
             by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
         }
-        // The rows of low order go in first: the last order that brings a new row is remembered.
+        // The rows of low order are added first, to find the last order that brings a new row.
         let mut echelon = Echelon::default();
         let mut settled_since = 0;
         for (k, rows) in by_order.iter().enumerate() {
@@ -130,11 +136,11 @@ fn columns_at(
                 }
             }
         }
-        // Settled: the last orders brought no new row. Else the curves are followed further.
+        // Settled: the last orders brought no new row. Else the order is doubled.
         if order - settled_since >= SETTLED_ORDERS {
-            return Ok(At { columns: echelon.columns(), rows: by_order.concat() });
+            return Ok(ColumnsAtPoint { columns: echelon.columns(), rows: by_order.concat() });
         }
-        if order >= MOST_ORDERS {
+        if order >= MAX_SERIES_ORDER {
             return Err(NoCertificate::OtherForm);
         }
         order *= 2;

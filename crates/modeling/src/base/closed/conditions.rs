@@ -1,4 +1,4 @@
-//! Conditions on the constants of loops, which the numbers of a file fulfil by themselves and random elements do not.
+//! Conditions on the constants of loops that the numbers of a file fulfil and random elements do not.
 
 use expr::{Function, Node, SymbolKind};
 
@@ -11,7 +11,7 @@ use crate::base::field::{Assignment, Residue, turned, twelfth_turn};
 use random::SplitMix;
 
 impl ClosedPoints {
-    /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.
+    /// Fits the lengths normal to the plane of each planar loop so that the two ends of the loop lie in one plane.
     pub(crate) fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
         self.fit_angles(constants);
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
@@ -34,9 +34,9 @@ impl ClosedPoints {
         Ok(())
     }
 
-    /// Where the orientation of a planar loop depends on no variable, its constant angles add up to nothing. They do so by
-    /// numbers of the file that are no symbols, such as the constant of a relation between passive angles: one of them is
-    /// fitted.
+    /// Where the orientation of a planar loop depends on no variable, its constant angles must add up to zero. In the file
+    /// this holds by numbers that are no symbols, such as the constant of a relation between passive angles: one of these
+    /// constants is fitted.
     pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);
@@ -77,12 +77,13 @@ impl ClosedPoints {
         (0..is_length.len()).filter(|&s| is_length[s]).collect()
     }
 
-    /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
-    /// for the offsets across planar loops, which no variable changes.
+    /// Whether the loops can stay closed when the lengths change: passive variables can then compensate each change of e,
+    /// except the offsets normal to planar loops, which no variable changes.
     pub(crate) fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
             self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
         };
+        // Changes of e by passive variables (columns of J_p), then by lengths; changes of the offsets by lengths.
         let Some((e, j)) = self.closure_at(point) else { return false };
         let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
         let m = self.variables.len() - self.variables.n;

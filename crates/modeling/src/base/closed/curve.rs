@@ -1,23 +1,23 @@
 //! Curves of closed states through a closed point, and the rows of the regressor along them.
 //!
-//! The coordinates move along a random line, q(t) = q_0 + q_1 t; the passive ones follow order by order,
+//! The coordinates move along a random line, q(t) = q_0 + q_1 t. The passive variables p follow order by order,
 //!
 //! ```text
 //! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
 //! ```
-//! All rows of e must vanish, not only those that give p: else the loops do not move at these constants. dq and ddq are
-//! random and stay as they are, since they are free at every state. A relation between columns with constant coefficients
-//! that holds at every state holds for each coefficient of the series, and the other way round: at a general point, the
-//! first orders that bring no new row are the last that could [Schwartz 1980].
+//! All rows of e must vanish, not only the rows that give p: else the loops do not move at these constants. dq and ddq are
+//! random and constant along the curve, since they are free at every state. A relation between columns with constant
+//! coefficients holds at every state exactly when it holds for each coefficient of the series. At a general point, no order
+//! brings a new row after the first orders that bring none [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
 use expr::{Function, Node, Symbol, SymbolKind};
 
-use crate::base::angles::Angles;
+use crate::base::angles::GraphAngles;
 use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::reason::NoCertificate;
-use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
+use crate::base::closed::series::{CurveInput, SeriesAlgebra, TaylorSeries};
 use crate::base::field::{Residue, solve};
 use random::SplitMix;
 
@@ -27,17 +27,17 @@ pub(crate) fn curve(
     point: &ClosedPoint,
     order: usize,
     random: &mut SplitMix,
-) -> Result<BTreeMap<Symbol, Moving>, NoCertificate> {
+) -> Result<BTreeMap<Symbol, CurveInput>, NoCertificate> {
     let n = points.variables.n;
     let m = points.variables.len() - n;
     // q(t) = q_0 + q_1 t with random q_1.
     let mut inputs = points.inputs(&point.state);
     for symbol in &points.symbols[..n] {
         if let Some(moving) = inputs.get_mut(symbol) {
-            moving.value = Series(vec![moving.value.at(0), Residue::random(random)]);
+            moving.value = TaylorSeries(vec![moving.value.at(0), Residue::random(random)]);
         }
     }
-    let evaluated = |inputs: &BTreeMap<Symbol, Moving>, order: usize| {
+    let evaluated = |inputs: &BTreeMap<Symbol, CurveInput>, order: usize| {
         let graph = points.closure.graph();
         let mut algebra = SeriesAlgebra::new(graph, &points.closure_angles, &point.constants, inputs, order);
         let values = points.closure.evaluate_in(&mut algebra);
@@ -63,7 +63,7 @@ pub(crate) fn curve(
     if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
 }
 
-/// m independent rows of J_p, and the inverse of what they make.
+/// The indices of m independent rows of J_p, and the inverse of the matrix of these rows; `None` where J_p has a lower rank.
 fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Residue>>)> {
     let mut rows: Vec<usize> = Vec::new();
     let mut echelon: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -98,9 +98,9 @@ fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Resi
 /// The rows of the regressor along a curve, by order of t.
 pub(crate) fn regressor_rows(
     regressor: &Function,
-    angles: &Angles,
+    angles: &GraphAngles,
     point: &ClosedPoint,
-    mut along: BTreeMap<Symbol, Moving>,
+    mut along: BTreeMap<Symbol, CurveInput>,
     order: usize,
     random: &mut SplitMix,
 ) -> Result<Vec<Vec<Vec<Residue>>>, NoCertificate> {
@@ -109,7 +109,7 @@ pub(crate) fn regressor_rows(
         if let Node::Symbol(s) = *node
             && graph.symbols()[s.0 as usize].1 == SymbolKind::Input
         {
-            along.entry(s).or_insert_with(|| Moving::still(Residue::random(random)));
+            along.entry(s).or_insert_with(|| CurveInput::still(Residue::random(random)));
         }
     }
     let mut algebra = SeriesAlgebra::new(graph, angles, &point.constants, &along, order);
@@ -126,8 +126,7 @@ mod tests {
     use super::*;
     use crate::derivation::Derivation;
 
-    /// A four-bar whose links stand in planes beside each other, by numbers that add up: 0.05 = 0.03 + 0.02; and so do
-    /// angles.
+    /// A four-bar whose links lie in parallel planes, by numbers that add up: 0.05 = 0.03 + 0.02. The angles add up too.
     #[test]
     fn a_loop_closes_in_the_field_by_numbers_that_add_up() {
         let text = "convention: khalil-kleinfinger
@@ -151,9 +150,9 @@ loops:
             let random = &mut SplitMix(seed);
             let point = points.point(random, false).unwrap();
             let along = curve(&points, &point, 6, random).unwrap();
-            // It moves, and not only to the first order.
+            // The passive variables move, and not only to the first order.
             assert!(points.symbols[1..].iter().all(|s| along[s].value.at(6) != Residue::ZERO));
-            // Of the same constants there are other states.
+            // There are other states with equal constants.
             let other = points.point_at(&point.constants, random).unwrap();
             assert_ne!(other.state.points, point.state.points);
         }

@@ -1,10 +1,10 @@
-//! Lengths that close what is affine in them.
+//! Lengths that solve equations that are affine in them.
 
 use crate::base::field::Residue;
 use random::SplitMix;
 
-/// A random x with f(x) = 0, f affine. The first entries that can be are solved for, the others are random. `None` where f
-/// is not affine or has no zero.
+/// A random x with f(x) = 0, f affine. The leftmost entries that f determines are solved for, the others are random. `None`
+/// where f is not affine or has no zero.
 pub(crate) fn random_zero(
     n: usize,
     mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,
@@ -23,11 +23,11 @@ pub(crate) fn random_zero(
     rows.iter_mut().zip(&constant).for_each(|(row, c)| row.push(-*c));
     let mut x: Vec<Residue> = (0..n).map(|_| Residue::random(random)).collect();
     solve_first(rows, &mut x)?;
-    // Of an f that is affine, x is a zero.
+    // x is a zero of f if f is affine.
     f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
 }
 
-/// Solves the rows [a_1 .. a_n b] for the leftmost entries of x that they determine, given the others.
+/// Solves the rows [a_1 .. a_n b] for the leftmost entries of x that they determine; the other entries are given.
 fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
     let n = x.len();
     let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();

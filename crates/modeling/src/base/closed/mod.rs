@@ -1,9 +1,9 @@
-//! The rank of robots whose loops no affine function closes, in a finite field.
+//! The rank, in a finite field, of robots whose loops are closed by a search and not by an affine function.
 //!
-//! Passive coordinates are no free elements of a field: they must close the loops. A [`closed_point`] is found by algebra,
-//! loop by loop ([`planar_loop`], [`orientation`], [`lengths`], [`conditions`]); along a [`curve`] through it, every state is
-//! closed too, as a power series ([`series`]). The rows of the regressor along such curves have the rank that almost every
-//! robot of this structure has ([`closed_rank`]).
+//! Passive variables are not free in the field: they must close the loops. A [`closed_point`] is found by algebra,
+//! loop by loop ([`planar_loop`], [`orientation`], [`lengths`], [`conditions`]). Along a [`curve`] through it, a power series
+//! ([`series`]), every state is closed too. The rows of the regressor along such curves have the rank of almost every
+//! robot of this structure ([`closed_rank`]).
 
 pub(crate) mod closed_point;
 pub(crate) mod closed_rank;

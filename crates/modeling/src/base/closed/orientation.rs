@@ -1,25 +1,26 @@
 //! The orientation around a loop in the field, closed by one, two or three of its angles.
 //!
-//! Once around, the turns make nothing: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. With all angles known but
+//! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. With all angles
+//! known but
 //!
 //! - three, Rz(x) B Rz(y) C Rz(z) = M: the last row of B times the last column of C give a cos y + b sin y = M_33 - b_33 c_33,
 //!   then the columns and rows of M give x and z;
-//! - two, where all axes have one of two directions, Rz(x) B Rz(y) = M: both are given by the last row and column of M;
-//! - one, where all axes are parallel: it is M.
+//! - two, where all axes have one of two directions, Rz(x) B Rz(y) = M: the last row and column of M give both angles;
+//! - one, where all axes are parallel: Rz(x) = M.
 
 use crate::base::closed::planar_closing::Closing;
 use crate::base::closed::pose::Pose;
-use crate::base::closed::pose::{Matrix, UNTURNED, about_z, column, product, transposed, turned};
+use crate::base::closed::pose::{ExactMatrix, UNTURNED, about_z, column, product, transposed, turned};
 use crate::base::closed::variables::{Powers, State, Variables, on_the_circle, quotient};
-use crate::base::field::{Point, Residue};
+use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::ChainJoint;
 use robot::JointKind;
 
-/// The turns around one loop at given constants.
+/// The product of the rotations around one loop at given constants.
 pub(crate) struct Orientation {
-    /// What stands before each turn about z, and the turn.
-    letters: Vec<(Matrix, Powers)>,
-    last: Matrix,
+    /// The constant matrix before each rotation about z, and this rotation.
+    letters: Vec<(ExactMatrix, Powers)>,
+    last: ExactMatrix,
 }
 
 impl Orientation {
@@ -45,7 +46,7 @@ impl Orientation {
         word
     }
 
-    fn fixed(&mut self, by: &Matrix) {
+    fn fixed(&mut self, by: &ExactMatrix) {
         self.last = product(&self.last, by);
     }
 
@@ -55,7 +56,7 @@ impl Orientation {
         }
     }
 
-    /// With what is known put in.
+    /// The product with the known angles multiplied into the constant matrices.
     fn reduced(&self, state: &State) -> Orientation {
         let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
         for (before, powers) in &self.letters {
@@ -77,7 +78,7 @@ impl Orientation {
         all
     }
 
-    /// Whether the turns make nothing, where all are known.
+    /// Whether the product is the identity, with all angles known.
     pub(crate) fn is_closed(&self, state: &State) -> bool {
         let word = self.reduced(state);
         word.letters.is_empty() && word.last == UNTURNED
@@ -96,10 +97,10 @@ impl Orientation {
         if turns.len() != by.len() {
             return Closing::OtherForm;
         }
-        // What is left when the outer parts go to the other side: Rz B Rz C Rz = M.
+        // The outer constant matrices are moved to the right-hand side: Rz B Rz C Rz = M.
         let Some((first, _)) = word.letters.first() else { return Closing::OtherForm };
         let M = product(&transposed(first), &transposed(&word.last));
-        let inner: Vec<Matrix> = word.letters[1..].iter().map(|l| l.0).collect();
+        let inner: Vec<ExactMatrix> = word.letters[1..].iter().map(|l| l.0).collect();
         let found = match inner.as_slice() {
             [] => Ok(vec![(M[0][0], M[1][0])]),
             [B] => two(B, &M).ok_or(Closing::OtherForm),
@@ -122,14 +123,14 @@ fn plane([x, y, _]: [Residue; 3]) -> [Residue; 2] {
 }
 
 /// Rz(x) B Rz(y) = M.
-fn two(B: &Matrix, M: &Matrix) -> Option<Vec<Point>> {
+fn two(B: &ExactMatrix, M: &ExactMatrix) -> Option<Vec<CirclePoint>> {
     let x = quotient(plane(column(M, 2)), plane(column(B, 2)))?;
     let y = quotient(plane(B[2]), plane(M[2]))?;
     Some(vec![(x[0], x[1]), (y[0], y[1])])
 }
 
 /// Rz(x) B Rz(y) C Rz(z) = M.
-fn three(B: &Matrix, C: &Matrix, M: &Matrix, other_root: bool) -> Result<Vec<Point>, Closing> {
+fn three(B: &ExactMatrix, C: &ExactMatrix, M: &ExactMatrix, other_root: bool) -> Result<Vec<CirclePoint>, Closing> {
     let (b, c) = (B[2], column(C, 2));
     let (along, across) = (b[0] * c[0] + b[1] * c[1], b[1] * c[0] - b[0] * c[1]);
     if along * along + across * across == Residue::ZERO {
@@ -149,9 +150,9 @@ mod tests {
     use crate::base::field::circle;
     use random::SplitMix;
 
-    /// A chain of joints about z, each placed by a turn about x.
-    fn word(alphas: &[Point]) -> (Variables, Orientation) {
-        let placement = |&(c, s): &Point| {
+    /// A chain of joints about z, each placed by a rotation about x.
+    fn word(alphas: &[CirclePoint]) -> (Variables, Orientation) {
+        let placement = |&(c, s): &CirclePoint| {
             let (one, zero) = (Residue::ONE, Residue::ZERO);
             Pose::placement(&[one, zero, zero, c, s, zero, one, zero, zero])
         };
@@ -167,13 +168,13 @@ mod tests {
     #[test]
     fn three_angles_close_any_loop() {
         let random = &mut SplitMix(3);
-        let alphas: Vec<Point> = (0..6).map(|_| circle(random)).collect();
+        let alphas: Vec<CirclePoint> = (0..6).map(|_| circle(random)).collect();
         let (variables, word) = word(&alphas);
         let mut n_closed = 0;
         for _ in 0..20 {
             let mut state = State::unknown(6);
             [1, 2, 4].iter().for_each(|&k| state.draw(k, random));
-            // `close` itself looks whether the turns make nothing.
+            // `close` itself checks that the product is the identity.
             if word.close(&variables, &mut state, &[0, 3, 5], false) == Closing::Closed {
                 assert!(word.is_closed(&state));
                 state.draw(1, random);
@@ -192,7 +193,7 @@ mod tests {
         let mut state = State::unknown(4);
         [0, 1, 3].iter().for_each(|&k| state.draw(k, random));
         assert_eq!(flat.close(&variables, &mut state, &[2], false), Closing::Closed);
-        // There and back by one angle.
+        // Two directions: a rotation by (c, s) and back.
         let (c, s) = circle(random);
         let (variables, two) = word(&[parallel, parallel, (c, s), parallel, (c, -s)]);
         let mut state = State::unknown(5);

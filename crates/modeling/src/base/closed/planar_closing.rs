@@ -1,7 +1,7 @@
 //! The last two variables of a planar loop.
 //!
-//! With all variables known but two, the sides of a loop fall into groups of one unknown angle each, and their sum is zero
-//! where
+//! With all variables known but two, the sides of a loop fall into groups of one unknown angle each. Their sum is zero. The
+//! unknown variables are
 //!
 //! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. From
 //!   |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1 = c;
@@ -9,39 +9,40 @@
 //! - two lengths: linear.
 
 use crate::base::closed::variables::{State, on_the_circle, quotient, raised};
-use crate::base::field::{Point, Residue, solve, turned as sum};
+use crate::base::field::{CirclePoint, Residue, solve, turned as sum};
 
 /// A vector of the plane.
 pub(crate) type Flat = [Residue; 2];
 
-/// What came of an attempt to close a loop.
+/// The outcome of an attempt to close a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Closing {
     Closed,
     /// The roots that close it are not in the field.
     NoRoot,
-    /// These variables cannot be solved for in this way.
+    /// The equations for these variables have none of the forms that are solved.
     OtherForm,
 }
 
+/// The sum of the sides that turn with one combination of the unknown angles:
 /// (vector + sum of lengths times per_length) exp(i turn . angles).
-pub(crate) struct Group {
+pub(crate) struct PlanarGroup {
     pub turn: Vec<i128>,
     pub vector: Flat,
     pub per_length: Vec<Flat>,
 }
 
-impl Group {
+impl PlanarGroup {
     pub(crate) fn vanishes(&self) -> bool {
         let zero = [Residue::ZERO; 2];
         self.vector == zero && self.per_length.iter().all(|v| *v == zero)
     }
 }
 
-/// Two unknown angles.
-pub(crate) fn triangle(state: &mut State, groups: &[Group], [x, y]: [usize; 2], other_root: bool) -> Closing {
+/// Solves three groups for two unknown angles x and y.
+pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize; 2], other_root: bool) -> Closing {
     let [g0, g1, g2] = groups else { return Closing::OtherForm };
-    let difference = |g: &Group| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
+    let difference = |g: &PlanarGroup| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
     let ([a, b], [c, d]) = (difference(g1), difference(g2));
     let determinant = a * d - b * c;
     if determinant.abs() != 1 {
@@ -64,8 +65,8 @@ pub(crate) fn triangle(state: &mut State, groups: &[Group], [x, y]: [usize; 2], 
     Closing::Closed
 }
 
-/// One unknown angle, one unknown length.
-pub(crate) fn slide(state: &mut State, groups: &[Group], x: usize, s: usize, other_root: bool) -> Closing {
+/// Solves two groups for one unknown angle x and one unknown length s: a s^2 + b s + c = 0.
+pub(crate) fn slide(state: &mut State, groups: &[PlanarGroup], x: usize, s: usize, other_root: bool) -> Closing {
     let [g0, g1] = groups else { return Closing::OtherForm };
     let turn = g1.turn[0] - g0.turn[0];
     if turn.abs() != 1 {
@@ -93,7 +94,8 @@ pub(crate) fn slide(state: &mut State, groups: &[Group], x: usize, s: usize, oth
     Closing::Closed
 }
 
-pub(crate) fn two_slides(state: &mut State, groups: &[Group], [s, t]: [usize; 2]) -> Closing {
+/// Solves one group for two unknown lengths s and t: two linear equations.
+pub(crate) fn two_slides(state: &mut State, groups: &[PlanarGroup], [s, t]: [usize; 2]) -> Closing {
     let [g] = groups else { return Closing::OtherForm };
     let row = |i: usize| vec![g.per_length[0][i], g.per_length[1][i], -g.vector[i]];
     let Some(x) = solve(vec![row(0), row(1)], 2) else { return Closing::OtherForm };
@@ -106,6 +108,6 @@ pub(crate) fn plus(a: Flat, b: Flat) -> Flat {
     [a[0] + b[0], a[1] + b[1]]
 }
 
-pub(crate) fn rotated((c, s): Point, [x, y]: Flat) -> Flat {
+pub(crate) fn rotated((c, s): CirclePoint, [x, y]: Flat) -> Flat {
     [c * x - s * y, s * x + c * y]
 }

@@ -1,22 +1,22 @@
 //! A planar loop in the field, closed by solving for two or three of its variables.
 //!
-//! As in `robot`'s polygon, every rigid side is a vector of the plane that is turned by the angles before it; a sliding
-//! joint lengthens its side:
+//! Every rigid side is a vector of the plane, turned by the angles before it (as in `robot`'s polygon). A sliding joint
+//! lengthens its side:
 //!
 //! ```text
 //! sum_k (a_k + sum_j s_j u_kj) exp(i Phi_k) = 0,      Phi_cut - Phi_twin = delta
 //! ```
-//! The second equation gives one angle by a sum, the first one the last two variables
+//! The second equation gives one angle as a sum. The first equation gives the last two variables
 //! ([`crate::base::closed::planar_closing`]).
 
 use std::collections::BTreeMap;
 
 use robot::JointKind;
 
-use crate::base::closed::planar_closing::{Closing, Flat, Group, plus, rotated, slide, triangle, two_slides};
+use crate::base::closed::planar_closing::{Closing, Flat, PlanarGroup, plus, rotated, slide, triangle, two_slides};
 use crate::base::closed::pose::{Pose, column, dot, product, transposed, turned};
 use crate::base::closed::variables::{Powers, State, Variables, raised};
-use crate::base::field::{Point, Residue, turned as sum};
+use crate::base::field::{CirclePoint, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
 
 /// One loop at given constants.
@@ -24,8 +24,8 @@ use crate::kinematics::loop_chain::ChainJoint;
 pub(crate) struct PlanarLoop {
     sides: Vec<Side>,
     turn: Powers,
-    delta: Point,
-    /// How far the ends are apart across the plane: zero where the loop can close.
+    delta: CirclePoint,
+    /// Distance of the two ends normal to the plane: zero where the loop can close.
     pub offset: Residue,
 }
 
@@ -37,7 +37,7 @@ struct Side {
 }
 
 impl PlanarLoop {
-    /// `None` where its joints do not all move in one plane. `placements` and `joints` by link.
+    /// The loop of two branches; `None` where its joints do not all move in one plane. `placements` and `joints` by link.
     pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
@@ -45,7 +45,7 @@ impl PlanarLoop {
         branches: &[Vec<usize>; 2],
     ) -> Option<PlanarLoop> {
         let [cut, twin] = [0, 1].map(|b| Branch::new(variables, placements, joints, &branches[b]));
-        let revolute = |j: &&Joint| j.kind == JointKind::Revolute;
+        let revolute = |j: &&PlanarJoint| j.kind == JointKind::Revolute;
         // The frame of the first revolute joint: its z is the normal of the plane.
         let frame = transposed(&cut.joints.iter().chain(&twin.joints).find(revolute)?.at.rotation);
         let mut sides = Vec::new();
@@ -83,14 +83,14 @@ impl PlanarLoop {
         all
     }
 
-    /// The defect of the orientation where all its angles are known.
-    pub(crate) fn defect(&self, state: &State) -> Option<Point> {
+    /// The orientation error, Phi_cut - Phi_twin - delta, as a point; `None` where one of its angles is not known.
+    pub(crate) fn defect(&self, state: &State) -> Option<CirclePoint> {
         let (known, rest) = state.turn(&self.turn);
         let (c, s) = self.delta;
         rest.is_empty().then(|| sum(known, (c, -s)))
     }
 
-    /// How many variables close it, given what is known.
+    /// The number of variables that close the loop at this state: 2 for the position, 1 for an orientation not yet known.
     pub(crate) fn n_solved(&self, state: &State) -> usize {
         2 + usize::from(!state.turn(&self.turn).1.is_empty())
     }
@@ -102,7 +102,7 @@ impl PlanarLoop {
         if angles.len() + lengths.len() != by.len() {
             return Closing::OtherForm;
         }
-        // The angle that the orientation gives: one that turns no side, where there is such.
+        // The angle that the orientation gives: if possible one that turns no side.
         let (known, rest) = state.turn(&self.turn);
         let turns_a_side = |k: usize| self.sides.iter().any(|s| s.turn.iter().any(|t| t.0 == k));
         let candidates = rest.iter().filter(|t| t.1.abs() == 1);
@@ -112,10 +112,10 @@ impl PlanarLoop {
             }
             return self.close_sides(state, &angles, &lengths, other_root, None);
         };
-        // x_pivot = sign (delta - known - the others)
+        // x_pivot = sign (delta - known - others)
         let (c, s) = sum(self.delta, (known.0, -known.1));
         let others: Powers = rest.iter().filter(|t| t.0 != pivot).map(|&(k, p)| (k, -sign * p)).collect();
-        let given = Given { pivot, known: raised((c, s), sign), others };
+        let given = KnownAngle { pivot, known: raised((c, s), sign), others };
         let angles: Vec<usize> = angles.into_iter().filter(|&k| k != pivot).collect();
         let outcome = self.close_sides(state, &angles, &lengths, other_root, Some(&given));
         if outcome == Closing::Closed {
@@ -134,7 +134,7 @@ impl PlanarLoop {
         angles: &[usize],
         lengths: &[usize],
         other_root: bool,
-        given: Option<&Given>,
+        given: Option<&KnownAngle>,
     ) -> Closing {
         let Some(groups) = self.groups(state, angles, lengths, given) else { return Closing::OtherForm };
         match (angles, lengths) {
@@ -145,11 +145,18 @@ impl PlanarLoop {
         }
     }
 
-    /// The sides that turn by the same unknown angles, each group turned by what is known and added up.
-    fn groups(&self, state: &State, angles: &[usize], lengths: &[usize], given: Option<&Given>) -> Option<Vec<Group>> {
-        let mut groups: BTreeMap<Vec<i128>, Group> = BTreeMap::new();
+    /// The sums of the sides that turn by the same unknown angles, turned by the known angles. `None` where a side depends
+    /// on another unknown variable.
+    fn groups(
+        &self,
+        state: &State,
+        angles: &[usize],
+        lengths: &[usize],
+        given: Option<&KnownAngle>,
+    ) -> Option<Vec<PlanarGroup>> {
+        let mut groups: BTreeMap<Vec<i128>, PlanarGroup> = BTreeMap::new();
         for side in &self.sides {
-            // Known angles turn the side; an angle that follows from others is replaced by them.
+            // Known angles turn the side. The pivot angle is replaced by the angles from which it follows.
             let (mut point, mut rest) = state.turn(&side.turn);
             if let Some(given) = given
                 && let Some(&(_, power)) = rest.iter().find(|t| t.0 == given.pivot)
@@ -165,13 +172,13 @@ impl PlanarLoop {
                 return None;
             }
             let zero = [Residue::ZERO; 2];
-            let group = groups.entry(key.clone()).or_insert_with(|| Group {
+            let group = groups.entry(key.clone()).or_insert_with(|| PlanarGroup {
                 turn: key,
                 vector: zero,
                 per_length: vec![zero; lengths.len()],
             });
             group.vector = plus(group.vector, rotated(point, side.vector));
-            // A sliding joint lengthens its side: by a known length, or by an unknown per unit of length.
+            // A sliding joint lengthens its side: a known length adds to the vector, an unknown one to per_length.
             for &(k, along) in &side.slides {
                 let along = rotated(point, along);
                 match (state.lengths[k], lengths.iter().position(|&l| l == k)) {
@@ -185,20 +192,20 @@ impl PlanarLoop {
     }
 }
 
-/// An angle that follows from others: its known part, and theirs.
-struct Given {
+/// An angle that follows from other angles: x_pivot = known + sum of the others.
+struct KnownAngle {
     pivot: usize,
-    known: Point,
+    known: CirclePoint,
     others: Powers,
 }
 
-/// One side of a loop, from the last common link to its frame, at zero variables.
+/// One branch of a loop, from the last common link to its loop frame, at zero variables.
 struct Branch {
-    joints: Vec<Joint>,
+    joints: Vec<PlanarJoint>,
     end: Pose,
 }
 
-struct Joint {
+struct PlanarJoint {
     kind: JointKind,
     at: Pose,
     powers: Powers,
@@ -217,13 +224,14 @@ impl Branch {
                 let powers = if revolute { variables.powers(joint) } else { Vec::new() };
                 let slides = joint.terms.iter().map(|&(k, c)| (k, Residue::number(c)));
                 let slides = if revolute { Vec::new() } else { slides.collect() };
-                moving.push(Joint { kind: joint.kind, at, powers, slides });
+                moving.push(PlanarJoint { kind: joint.kind, at, powers, slides });
             }
         }
         Branch { joints: moving, end: at }
     }
 
-    /// The sides with their angles, in axes whose z is the normal of the plane, and the angle of the end.
+    /// The sides with their angles, in axes with z normal to the plane, and the angle of the end. `None` where a joint does
+    /// not move in the plane.
     fn sides(&self, frame: &[[Residue; 3]; 3]) -> Option<(Vec<Side>, Powers)> {
         let mut sides = Vec::new();
         let mut phi: Powers = Vec::new();
@@ -235,7 +243,7 @@ impl Branch {
         };
         let normal = frame[2];
         let between = |to: [Residue; 3], from: [Residue; 3]| flat([0, 1, 2].map(|i| to[i] - from[i]));
-        // From joint to joint: a revolute one ends a side and turns those after it, about +z or -z.
+        // A revolute joint ends a side and turns the sides after it, about +z or -z.
         for joint in &self.joints {
             let axis = column(&joint.at.rotation, 2);
             let along = dot(axis, normal);
@@ -255,7 +263,7 @@ impl Branch {
                 };
                 phi = added(&phi, &joint.powers, sign);
             } else {
-                // A prismatic joint must slide within the plane; it lengthens the side that it stands in.
+                // A prismatic joint must slide within the plane; it lengthens the side that contains it.
                 if along != Residue::ZERO {
                     return None;
                 }
@@ -297,7 +305,8 @@ mod tests {
         ChainJoint { kind, terms: vec![(k, 1.0)] }
     }
 
-    /// q turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Closed by each two of the first three and the cut, the ends meet.
+    /// Variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Closed by any two of the first three and the cut, the
+    /// ends meet.
     #[test]
     fn a_four_bar_is_closed_by_any_two_of_its_angles() {
         let random = &mut SplitMix(1);
@@ -329,8 +338,8 @@ mod tests {
         assert!(n_closed > 15, "{n_closed}");
     }
 
-    /// A crank of angle 0 and an arm of angle 1 on the base, a block that slides by 2 along the arm: by its angle and its
-    /// slide, and by the crank and the slide.
+    /// A crank with angle 0 and an arm with angle 1 on the base, a block that slides by variable 2 along the arm. It is closed
+    /// by arm and slide, and by crank and slide.
     #[test]
     fn a_sliding_block_is_closed_by_its_slide() {
         let quarter = |entries: [i64; 9]| Pose::placement(&entries.map(Residue::integer));

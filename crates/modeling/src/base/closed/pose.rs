@@ -1,22 +1,22 @@
-//! Where a link stands, in the field.
+//! The pose of a link, in the field.
 
-use crate::base::field::{Point, Residue};
+use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::PLACEMENT;
 
-pub(crate) type Vector = [Residue; 3];
-/// Rows.
-pub(crate) type Matrix = [Vector; 3];
+pub(crate) type ExactVector = [Residue; 3];
+/// A 3 x 3 matrix as its rows.
+pub(crate) type ExactMatrix = [ExactVector; 3];
 
 const ZERO: Residue = Residue::ZERO;
 const ONE: Residue = Residue::ONE;
 
-pub(crate) const UNTURNED: Matrix = [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]];
+pub(crate) const UNTURNED: ExactMatrix = [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]];
 
-/// T = [R p].
+/// T = [R p]: rotation and position of a frame in another frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
-    pub rotation: Matrix,
-    pub position: Vector,
+    pub rotation: ExactMatrix,
+    pub position: ExactVector,
 }
 
 impl Pose {
@@ -39,28 +39,28 @@ impl Pose {
 }
 
 /// The rotation about z.
-pub(crate) fn about_z((c, s): Point) -> Matrix {
+pub(crate) fn about_z((c, s): CirclePoint) -> ExactMatrix {
     [[c, -s, ZERO], [s, c, ZERO], [ZERO, ZERO, ONE]]
 }
 
-pub(crate) fn dot(a: Vector, b: Vector) -> Residue {
+pub(crate) fn dot(a: ExactVector, b: ExactVector) -> Residue {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn turned(m: &Matrix, v: Vector) -> Vector {
+pub(crate) fn turned(m: &ExactMatrix, v: ExactVector) -> ExactVector {
     m.map(|row| dot(row, v))
 }
 
-pub(crate) fn transposed(m: &Matrix) -> Matrix {
+pub(crate) fn transposed(m: &ExactMatrix) -> ExactMatrix {
     [0, 1, 2].map(|c| [0, 1, 2].map(|r| m[r][c]))
 }
 
-pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
+pub(crate) fn product(a: &ExactMatrix, b: &ExactMatrix) -> ExactMatrix {
     let columns = transposed(b);
     a.map(|row| columns.map(|column| dot(row, column)))
 }
 
 /// The column of a matrix.
-pub(crate) fn column(m: &Matrix, c: usize) -> Vector {
+pub(crate) fn column(m: &ExactMatrix, c: usize) -> ExactVector {
     [0, 1, 2].map(|r| m[r][c])
 }

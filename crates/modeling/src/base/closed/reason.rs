@@ -7,15 +7,15 @@ use std::fmt;
 pub enum NoCertificate {
     /// A joint turns by a ratio that is no ratio of small integers.
     Ratio,
-    /// The equations of the loops are of no form that is solved in the field.
+    /// The equations of the loops have none of the forms that are solved in the field.
     OtherForm,
-    /// With the lengths that are one symbol, the loops close in the field only where some length is zero.
+    /// With equal lengths by one symbol, the loops close in the field only where some length is zero.
     EqualLengths,
     /// The points that were found are singular: the coordinates do not determine the passive joints there.
     Singular,
     /// The points that were found have special lengths, or the loops do not move there.
     Overconstrained,
-    /// The loops have assemblies of several ranks, and none that was looked at has that of the numbers.
+    /// The loops have assemblies of several ranks, and no evaluated assembly has the numeric rank.
     OtherAssemblies,
 }
 
@@ -25,7 +25,7 @@ impl fmt::Display for NoCertificate {
             NoCertificate::Ratio => "a joint turns by a factor that is no ratio of small integers",
             NoCertificate::OtherForm => "the equations of the loops are of no form that is solved in a finite field",
             NoCertificate::EqualLengths => {
-                "the lengths that are equal on purpose leave no free assembly in a finite field"
+                "with the lengths that are equal on purpose there is no free assembly in a finite field"
             }
             NoCertificate::Singular => "every point found in a finite field is singular",
             NoCertificate::Overconstrained => {

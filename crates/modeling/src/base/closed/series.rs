@@ -1,7 +1,7 @@
 //! Truncated power series over the field, and a function evaluated along a curve of them.
 //!
-//! A curve q(t) = q_0 + q_1 t + .. through a point of a variety carries every polynomial function on it into a series.
-//! An angle is x(t) = x_0 + delta(t) with x_0 a point of the circle; its cosine and sine follow from those of delta,
+//! Along a curve q(t) = q_0 + q_1 t + .. through a point of a variety, every polynomial function is a series in t.
+//! An angle is x(t) = x_0 + delta(t) with x_0 a point of the circle. Its cosine C and sine S follow from delta,
 //!
 //! ```text
 //! k C_k = -sum_j j delta_j S_(k-j),   k S_k = sum_j j delta_j C_(k-j)
@@ -11,16 +11,16 @@ use std::collections::BTreeMap;
 
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
-use crate::base::angles::Angles;
-use crate::base::field::{Assignment, P, Point, Residue, times};
+use crate::base::angles::GraphAngles;
+use crate::base::field::{Assignment, CirclePoint, P, Residue, times};
 
-/// a_0 + a_1 t + .., without zeros at its end; what is not there is zero.
+/// a_0 + a_1 t + .., without trailing zeros; missing coefficients are zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
-pub(crate) struct Series(pub Vec<Residue>);
+pub(crate) struct TaylorSeries(pub Vec<Residue>);
 
-impl Series {
-    pub(crate) fn number(x: Residue) -> Series {
-        Series(vec![x]).trimmed()
+impl TaylorSeries {
+    pub(crate) fn number(x: Residue) -> TaylorSeries {
+        TaylorSeries(vec![x]).trimmed()
     }
 
     /// a_k.
@@ -28,30 +28,30 @@ impl Series {
         self.0.get(k).copied().unwrap_or_default()
     }
 
-    fn trimmed(mut self) -> Series {
+    fn trimmed(mut self) -> TaylorSeries {
         while self.0.last() == Some(&Residue::ZERO) {
             self.0.pop();
         }
         self
     }
 
-    fn scaled(&self, factor: Residue) -> Series {
-        Series(self.0.iter().map(|&x| x * factor).collect()).trimmed()
+    fn scaled(&self, factor: Residue) -> TaylorSeries {
+        TaylorSeries(self.0.iter().map(|&x| x * factor).collect()).trimmed()
     }
 
-    fn plus(&self, other: &Series) -> Series {
+    fn plus(&self, other: &TaylorSeries) -> TaylorSeries {
         let n = self.0.len().max(other.0.len());
-        Series((0..n).map(|k| self.at(k) + other.at(k)).collect()).trimmed()
+        TaylorSeries((0..n).map(|k| self.at(k) + other.at(k)).collect()).trimmed()
     }
 
-    fn negated(&self) -> Series {
-        Series(self.0.iter().map(|&x| -x).collect())
+    fn negated(&self) -> TaylorSeries {
+        TaylorSeries(self.0.iter().map(|&x| -x).collect())
     }
 
     /// The product up to t^order.
-    fn times(&self, other: &Series, order: usize) -> Series {
+    fn times(&self, other: &TaylorSeries, order: usize) -> TaylorSeries {
         if self.0.is_empty() || other.0.is_empty() {
-            return Series::default();
+            return TaylorSeries::default();
         }
         let n = (self.0.len() + other.0.len() - 1).min(order + 1);
         let mut product = vec![Residue::ZERO; n];
@@ -60,30 +60,30 @@ impl Series {
                 *sum = *sum + a * b;
             }
         }
-        Series(product).trimmed()
+        TaylorSeries(product).trimmed()
     }
 
     /// 1 / self up to t^order; `None` where the first term is zero.
-    fn inverse(&self, order: usize) -> Option<Series> {
+    fn inverse(&self, order: usize) -> Option<TaylorSeries> {
         let first = self.at(0);
         if first == Residue::ZERO {
             return None;
         }
         let scale = first.inverse();
         if self.0.len() == 1 {
-            return Some(Series(vec![scale]));
+            return Some(TaylorSeries(vec![scale]));
         }
         let mut inverse = vec![scale];
         for k in 1..=order {
             let sum = (1..=k.min(self.0.len() - 1)).fold(Residue::ZERO, |sum, j| sum + self.0[j] * inverse[k - j]);
             inverse.push(-(scale * sum));
         }
-        Some(Series(inverse).trimmed())
+        Some(TaylorSeries(inverse).trimmed())
     }
 
-    /// Cosine and sine of x_0 + self, whose first term is not looked at: x_0 is the point.
+    /// Cosine and sine of x_0 + self, where the point gives x_0 and the first term of self is ignored.
     /// `reciprocals`: 1/k up to the order.
-    fn turned(&self, (cos, sin): Point, reciprocals: &[Residue]) -> (Series, Series) {
+    fn turned(&self, (cos, sin): CirclePoint, reciprocals: &[Residue]) -> (TaylorSeries, TaylorSeries) {
         let (mut c, mut s) = (vec![cos], vec![sin]);
         if self.0.len() > 1 {
             for k in 1..reciprocals.len() {
@@ -97,7 +97,7 @@ impl Series {
                 s.push(scale * up);
             }
         }
-        (Series(c).trimmed(), Series(s).trimmed())
+        (TaylorSeries(c).trimmed(), TaylorSeries(s).trimmed())
     }
 }
 
@@ -114,42 +114,42 @@ fn reciprocals(order: usize) -> Vec<Residue> {
 
 /// An input along a curve.
 #[derive(Clone, Debug)]
-pub(crate) struct Moving {
-    /// The point that the angle has at t = 0, over the common denominator.
-    pub point: Point,
-    /// The denominator.
+pub(crate) struct CurveInput {
+    /// The point of the angle divided by the common denominator, at t = 0.
+    pub point: CirclePoint,
+    /// The common denominator.
     pub denominator: u128,
-    /// The value as a length, and with it the growth of the angle.
-    pub value: Series,
+    /// The value as a length; its terms from t on are also the increase of the angle.
+    pub value: TaylorSeries,
 }
 
-impl Moving {
-    /// A number that is no angle.
-    pub(crate) fn still(x: Residue) -> Moving {
-        Moving { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: Series::number(x) }
+impl CurveInput {
+    /// A constant number that is no angle.
+    pub(crate) fn still(x: Residue) -> CurveInput {
+        CurveInput { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: TaylorSeries::number(x) }
     }
 }
 
 /// One evaluation along a curve, up to t^order.
 pub(crate) struct SeriesAlgebra<'a> {
     graph: &'a Graph,
-    angles: &'a Angles,
+    angles: &'a GraphAngles,
     constants: &'a [Assignment],
     /// By symbol.
-    inputs: &'a BTreeMap<Symbol, Moving>,
+    inputs: &'a BTreeMap<Symbol, CurveInput>,
     order: usize,
     reciprocals: Vec<Residue>,
-    turns: BTreeMap<Expr, (Series, Series)>,
-    /// Whether something was divided by zero, or an input or an angle is not known: then no value means anything.
+    turns: BTreeMap<Expr, (TaylorSeries, TaylorSeries)>,
+    /// Whether something was divided by zero, or an input or an angle is not known: then no value is valid.
     pub broken: bool,
 }
 
 impl<'a> SeriesAlgebra<'a> {
     pub(crate) fn new(
         graph: &'a Graph,
-        angles: &'a Angles,
+        angles: &'a GraphAngles,
         constants: &'a [Assignment],
-        inputs: &'a BTreeMap<Symbol, Moving>,
+        inputs: &'a BTreeMap<Symbol, CurveInput>,
         order: usize,
     ) -> Self {
         SeriesAlgebra {
@@ -164,7 +164,7 @@ impl<'a> SeriesAlgebra<'a> {
         }
     }
 
-    fn angle(&mut self, argument: Expr) -> &(Series, Series) {
+    fn angle(&mut self, argument: Expr) -> &(TaylorSeries, TaylorSeries) {
         if !self.turns.contains_key(&argument) {
             let turn = self.turn(argument);
             self.broken |= turn.is_none();
@@ -173,12 +173,12 @@ impl<'a> SeriesAlgebra<'a> {
         &self.turns[&argument]
     }
 
-    fn turn(&self, argument: Expr) -> Option<(Series, Series)> {
+    fn turn(&self, argument: Expr) -> Option<(TaylorSeries, TaylorSeries)> {
         if let Node::Symbol(s) = self.graph.node(argument)
             && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
         {
             let constant = self.constants.get(s.0 as usize)?;
-            return Some((Series::number(constant.cos), Series::number(constant.sin)));
+            return Some((TaylorSeries::number(constant.cos), TaylorSeries::number(constant.sin)));
         }
         let (symbol, n, d) = self.angles.ratio(argument)?;
         let moving = self.inputs.get(&symbol)?;
@@ -192,48 +192,48 @@ impl<'a> SeriesAlgebra<'a> {
 }
 
 impl Algebra for SeriesAlgebra<'_> {
-    type Value = Series;
-    fn constant(&mut self, x: f64) -> Series {
-        Series::number(self.angles.number(x))
+    type Value = TaylorSeries;
+    fn constant(&mut self, x: f64) -> TaylorSeries {
+        TaylorSeries::number(self.angles.number(x))
     }
-    fn symbol(&mut self, symbol: Symbol) -> Series {
+    fn symbol(&mut self, symbol: Symbol) -> TaylorSeries {
         let s = symbol.0 as usize;
         match self.graph.symbols()[s].1 {
-            SymbolKind::Constant(_) => self.constants.get(s).map(|c| Series::number(c.length)),
+            SymbolKind::Constant(_) => self.constants.get(s).map(|c| TaylorSeries::number(c.length)),
             SymbolKind::Input => self.inputs.get(&symbol).map(|moving| moving.value.clone()),
         }
         .unwrap_or_else(|| {
             self.broken = true;
-            Series::default()
+            TaylorSeries::default()
         })
     }
-    fn sin(&mut self, argument: Expr) -> Series {
+    fn sin(&mut self, argument: Expr) -> TaylorSeries {
         self.angle(argument).1.clone()
     }
-    fn cos(&mut self, argument: Expr) -> Series {
+    fn cos(&mut self, argument: Expr) -> TaylorSeries {
         self.angle(argument).0.clone()
     }
-    fn neg(&mut self, a: &Series) -> Series {
+    fn neg(&mut self, a: &TaylorSeries) -> TaylorSeries {
         a.negated()
     }
-    fn add(&mut self, a: &Series, b: &Series) -> Series {
+    fn add(&mut self, a: &TaylorSeries, b: &TaylorSeries) -> TaylorSeries {
         a.plus(b)
     }
-    fn sub(&mut self, a: &Series, b: &Series) -> Series {
+    fn sub(&mut self, a: &TaylorSeries, b: &TaylorSeries) -> TaylorSeries {
         a.plus(&b.negated())
     }
-    fn mul(&mut self, a: &Series, b: &Series) -> Series {
+    fn mul(&mut self, a: &TaylorSeries, b: &TaylorSeries) -> TaylorSeries {
         a.times(b, self.order)
     }
-    fn div(&mut self, a: &Series, b: &Series) -> Series {
+    fn div(&mut self, a: &TaylorSeries, b: &TaylorSeries) -> TaylorSeries {
         let inverse = b.inverse(self.order);
         self.broken |= inverse.is_none();
-        inverse.map_or_else(Series::default, |inverse| a.times(&inverse, self.order))
+        inverse.map_or_else(TaylorSeries::default, |inverse| a.times(&inverse, self.order))
     }
-    fn sqrt(&mut self, a: &Series) -> Series {
-        // As in the field: a root of a named constant is another constant.
+    fn sqrt(&mut self, a: &TaylorSeries) -> TaylorSeries {
+        // The root of a named constant is another constant: its cube serves as that element, as in the field algebra.
         self.broken |= a.0.len() > 1;
-        Series::number(a.at(0).power(3))
+        TaylorSeries::number(a.at(0).power(3))
     }
 }
 
@@ -243,17 +243,17 @@ mod tests {
     use crate::base::field::circle;
     use random::SplitMix;
 
-    fn random(n: usize, seed: u64) -> Series {
+    fn random(n: usize, seed: u64) -> TaylorSeries {
         let mut random = SplitMix(seed);
-        Series((0..n).map(|_| Residue::random(&mut random)).collect())
+        TaylorSeries((0..n).map(|_| Residue::random(&mut random)).collect())
     }
 
     #[test]
     fn a_series_times_its_inverse_is_one() {
         let a = random(5, 1);
         let inverse = a.inverse(11).unwrap();
-        assert_eq!(a.times(&inverse, 11), Series::number(Residue::ONE));
-        assert_eq!(Series(vec![Residue::ZERO, Residue::ONE]).inverse(3), None);
+        assert_eq!(a.times(&inverse, 11), TaylorSeries::number(Residue::ONE));
+        assert_eq!(TaylorSeries(vec![Residue::ZERO, Residue::ONE]).inverse(3), None);
     }
 
     #[test]
@@ -270,13 +270,13 @@ mod tests {
         let delta = random(4, 2);
         let (c, s) = delta.turned(circle(&mut SplitMix(3)), &reciprocals(9));
         let one = c.times(&c, 9).plus(&s.times(&s, 9));
-        assert_eq!(one, Series::number(Residue::ONE));
+        assert_eq!(one, TaylorSeries::number(Residue::ONE));
         // dS/dt = C d(delta)/dt.
-        let slope = |a: &Series| Series((1..a.0.len()).map(|k| Residue(k as u64) * a.0[k]).collect());
+        let slope = |a: &TaylorSeries| TaylorSeries((1..a.0.len()).map(|k| Residue(k as u64) * a.0[k]).collect());
         assert_eq!(slope(&s), c.times(&slope(&delta), 8));
     }
 
-    /// The angle of 2 q that the graph takes of another argument is twice the angle q, all along the curve.
+    /// cos(q/2)^2 - sin(q/2)^2 = cos(q), all along the curve.
     #[test]
     fn a_ratio_of_an_angle_turns_with_it() {
         let mut g = Graph::new();
@@ -290,11 +290,11 @@ mod tests {
         let difference = g.sub(double, cos);
         let output = expr::Output { name: "y".into(), rows: 1, columns: 1, entries: vec![difference] };
         let function = expr::Function::new("f", &g, Vec::new(), vec![output]);
-        let angles = Angles::of(function.graph());
-        let moving = Moving { point: circle(&mut SplitMix(4)), denominator: 2, value: random(6, 5) };
+        let angles = GraphAngles::of(function.graph());
+        let moving = CurveInput { point: circle(&mut SplitMix(4)), denominator: 2, value: random(6, 5) };
         let inputs = BTreeMap::from([(Symbol(0), moving)]);
         let mut algebra = SeriesAlgebra::new(function.graph(), &angles, &[], &inputs, 7);
-        assert_eq!(function.evaluate_in(&mut algebra)[0][0], Series::default());
+        assert_eq!(function.evaluate_in(&mut algebra)[0][0], TaylorSeries::default());
         assert!(!algebra.broken);
     }
 }

@@ -1,31 +1,31 @@
-//! The variables of a robot with loops, as far as they are known in the field.
+//! The variables of a robot with loops, and their values in the field where these are known.
 //!
-//! An angle x is a point of the circle. Where joints turn by ratios n/d of it, the point of x over the common denominator D
-//! is kept, and a joint turns by the power D n/d of that point. A variable that must be solved for has whole ratios only,
-//! since the field lacks other roots.
+//! An angle x is a point of the circle. Where joints turn by ratios n/d of x, the point of x/D is stored, D the common
+//! denominator, and a joint turns by the power D n/d of that point. A variable that must be solved for has integer ratios
+//! only, since the field lacks the roots for others.
 
 use crate::base::angles::least_common_multiple;
-use crate::base::field::{DIGITS, Point, Residue, circle, short_ratio, times};
+use crate::base::field::{CirclePoint, DIGITS, Residue, circle, short_ratio, times};
 use crate::kinematics::loop_chain::ChainJoint;
 use random::SplitMix;
 use robot::JointKind;
 
-/// What is fixed about the variables: coordinates first, then passive ones.
+/// The constant properties of the variables: coordinates first, then passive variables.
 #[derive(Clone, Debug)]
 pub(crate) struct Variables {
     /// Number of coordinates.
     pub n: usize,
-    /// Per variable D.
+    /// The common denominator D of each variable.
     pub denominators: Vec<u128>,
     turns: Vec<bool>,
     slides: Vec<bool>,
 }
 
-/// x_k to this power of its point over D.
+/// An angle as pairs of a variable k and the power of the point of x_k/D.
 pub(crate) type Powers = Vec<(usize, i128)>;
 
 impl Variables {
-    /// `None` where a joint turns by no ratio of small integers.
+    /// The properties of `total` variables, `n` of them coordinates. `None` where a joint turns by no ratio of small integers.
     pub(crate) fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
         let mut all =
             Variables { n, denominators: vec![1; total], turns: vec![false; total], slides: vec![false; total] };
@@ -49,12 +49,12 @@ impl Variables {
         self.turns.len()
     }
 
-    /// Whether it is an angle and nothing else, with whole ratios.
+    /// Whether variable k is only an angle, with integer ratios.
     pub(crate) fn may_be_solved_as_angle(&self, k: usize) -> bool {
         self.turns[k] && !self.slides[k] && self.denominators[k] == 1
     }
 
-    /// Whether it is a length and nothing else.
+    /// Whether variable k is only a length.
     pub(crate) fn may_be_solved_as_length(&self, k: usize) -> bool {
         self.slides[k] && !self.turns[k]
     }
@@ -69,12 +69,12 @@ impl Variables {
     }
 }
 
-/// Which variables have a value, and which.
+/// The known values of the variables.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// The point of each over D; `None` while it is not known.
-    pub points: Vec<Option<Point>>,
-    /// The length of each.
+    /// The point of x/D of each variable; `None` while it is not known.
+    pub points: Vec<Option<CirclePoint>>,
+    /// The length of each variable; `None` while it is not known.
     pub lengths: Vec<Option<Residue>>,
 }
 
@@ -83,7 +83,7 @@ impl State {
         State { points: vec![None; total], lengths: vec![None; total] }
     }
 
-    /// A variable counts as known when whatever it may be is.
+    /// Whether variable k is known, both as an angle and as a length.
     pub(crate) fn knows(&self, k: usize) -> bool {
         self.points[k].is_some() && self.lengths[k].is_some()
     }
@@ -93,12 +93,12 @@ impl State {
         self.lengths[k] = Some(Residue::random(random));
     }
 
-    /// Only as an angle; a variable that slides stays open.
+    /// Draws variable k as an angle only; its length stays unknown.
     pub(crate) fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
         self.points[k] = Some(circle(random));
     }
 
-    pub(crate) fn set_angle(&mut self, k: usize, point: Point) {
+    pub(crate) fn set_angle(&mut self, k: usize, point: CirclePoint) {
         self.points[k] = Some(point);
         self.lengths[k] = Some(Residue::ONE);
     }
@@ -108,8 +108,8 @@ impl State {
         self.lengths[k] = Some(length);
     }
 
-    /// The point of the known part of an angle, and what is not known of it.
-    pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (Point, Powers) {
+    /// The point of the known terms of an angle, and the unknown terms.
+    pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (CirclePoint, Powers) {
         let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
         for &(k, power) in powers {
             match self.points[k] {
@@ -121,13 +121,13 @@ impl State {
     }
 }
 
-/// An angle times an integer of either sign.
-pub(crate) fn raised(point: Point, power: i128) -> Point {
+/// The point of an angle times an integer of either sign.
+pub(crate) fn raised(point: CirclePoint, power: i128) -> CirclePoint {
     let (c, s) = times(point, power.unsigned_abs());
     if power < 0 { (c, -s) } else { (c, s) }
 }
 
-/// z with z times `b` = `a`, both vectors of the plane as complex numbers; `None` where b has no length.
+/// z = a/b, with the vectors a and b of the plane as complex numbers; `None` where |b|^2 = 0.
 pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]> {
     let square = b[0] * b[0] + b[1] * b[1];
     if square == Residue::ZERO {
@@ -137,9 +137,9 @@ pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]>
     Some([(a[0] * b[0] + a[1] * b[1]) * scale, (a[1] * b[0] - a[0] * b[1]) * scale])
 }
 
-/// The points (c, s) of the circle with a c + b s = k: two, by the sign of the root. `None` where there is none in the
-/// field or all may be.
-pub(crate) fn on_the_circle(a: Residue, b: Residue, k: Residue, other: bool) -> Option<Point> {
+/// A point (c, s) of the circle with a c + b s = k; `other` selects the other of the two solutions. `None` where the field
+/// has none, or where a^2 + b^2 = 0.
+pub(crate) fn on_the_circle(a: Residue, b: Residue, k: Residue, other: bool) -> Option<CirclePoint> {
     let square = a * a + b * b;
     if square == Residue::ZERO {
         return None;
@@ -169,7 +169,7 @@ mod tests {
             let z = quotient([a, b], [k, a]).unwrap();
             assert_eq!([z[0] * k - z[1] * a, z[0] * a + z[1] * k], [a, b]);
         }
-        // Half of all numbers have a root.
+        // Half of all elements have a root.
         assert!((20..60).contains(&found), "{found}");
     }
 

@@ -1,4 +1,4 @@
-//! A model as experiments want it: each file implements one trait of `experiments` or `linear_model` for a model.
+//! Adapters of a model: each file implements one trait of `experiments` or `linear_model` for it.
 
 pub(crate) mod regressor_slope;
 pub(crate) mod surroundings;

@@ -26,7 +26,7 @@ struct TorqueSlope {
 /// The reverse mode of a function, for any number of threads.
 struct Slope {
     adjoint: Adjoint,
-    /// Workspaces of finished evaluations, to be used again: one a thread at most.
+    /// Workspaces of finished evaluations, for reuse: at most one per thread.
     idle: Mutex<Vec<AdjointWorkspace>>,
 }
 
@@ -39,7 +39,7 @@ impl Slope {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
         let mut work = idle.unwrap_or_else(|| self.adjoint.workspace());
         self.adjoint.pull_back(states, weights, &mut work, gradient);
-        // If a panic poisoned the lock, the workspace is just not kept.
+        // If a panic poisoned the lock, the workspace is dropped.
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(work);
         }
@@ -47,7 +47,7 @@ impl Slope {
 }
 
 impl<'a> RegressorSlope<'a> {
-    /// Fails where joints are found numerically, because the function does not know how they follow the coordinates.
+    /// Fails where the closure of a loop solves joints numerically: the function does not contain how they depend on q.
     pub(crate) fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
             None => Ok(RegressorSlope { model, slope: Slope::new(&model.base_regressor) }),
@@ -92,7 +92,8 @@ impl DifferentiableRegressor for RegressorSlope<'_> {
         self.slope.pull_back(states, weights, gradient);
     }
 
-    /// Standard parameters that are zero but for those whose columns the base regressor keeps have the same torques.
+    /// Standard parameters give the same torques if those with a column in the base regressor have the values of the base
+    /// parameters and all others are zero.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_> {
         let mut standard = vec![0.0; self.model.parameters.standard.len()];
         self.model.parameters.base.iter().zip(parameters).for_each(|(base, x)| standard[base.column] = *x);
@@ -132,8 +133,8 @@ mod tests {
             torques.pull_back(&states, &weights, &mut gradient);
             let (mut y, mut expected) = (vec![0.0; 11 * n * p], vec![0.0; 11 * 3 * n]);
             slope.fill_many(&states, &mut y);
-            let spread: Vec<f64> = weights.iter().flat_map(|w| x.iter().map(move |x| w * x)).collect();
-            slope.pull_back(&states, &spread, &mut expected);
+            let outer: Vec<f64> = weights.iter().flat_map(|w| x.iter().map(move |x| w * x)).collect();
+            slope.pull_back(&states, &outer, &mut expected);
             let products = y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum::<f64>());
             let pairs = tau.iter().copied().zip(products).chain(gradient.iter().copied().zip(expected));
             for (found, expected) in pairs.collect::<Vec<(f64, f64)>>() {

@@ -1,18 +1,18 @@
-//! The bodies of a model among floors, walls and each other, as the search and the proof of a motion see them.
+//! Gaps of a model's bodies to floors, walls and each other, for the search and the proof of a motion.
 
-use claims::{LeftOut, Matter};
+use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
 use clearance::clearance::Clearance;
-use clearance::gaps::{FloorRule, Rules, Situation};
+use clearance::gaps::{ClearanceRules, FloorRule, Situation};
 use clearance::half_space::HalfSpace;
-use clearance::nearby::Remembered;
-use experiments::excitation::course::Course;
+use clearance::nearby::InstantCache;
 use experiments::excitation::error_margins::ErrorMargins;
-use experiments::excitation::gap_proof::{Gap, Known, Room, Surroundings};
-use experiments::excitation::ledger::LowestPoint;
+use experiments::excitation::gap_proof::{Gap, GapCache, GapSize, Surroundings};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use experiments::excitation::motion::Motion;
+use experiments::excitation::motion_claims::LowestPoint;
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
+use experiments::excitation::trajectory::Trajectory;
 use numerics::interruption::Interruption;
 use random::Random;
 
@@ -25,22 +25,22 @@ pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     /// In a fixed order.
     pub(crate) gaps: Vec<Gap>,
-    /// What the gaps do not cover.
+    /// Requirements that the gaps do not cover.
     pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// Poses by which it is told which links always touch.
+/// Number of random poses that decide which links always touch.
 const SAMPLED_POSES: u64 = 1000;
-/// Their seed. They depend on the description alone, so that no file chooses which pairs are looked at.
+/// Seed of the random poses. They depend on the description alone: no motion file changes which pairs are checked.
 const POSES_SEED: u64 = 39;
-/// Where a coordinate without limits is sampled: half a turn to either side, rad, or m where it slides.
-const UNLIMITED: (f64, f64) = (std::f64::consts::PI, 0.25);
-/// Instants of a motion at which the lowest point is looked for.
-const LOWEST_INSTANTS: u32 = 2000;
+/// Half range in which a coordinate without limits is sampled: rad where it turns, m where it slides.
+const UNLIMITED_HALF_RANGE: (f64, f64) = (std::f64::consts::PI, 0.25);
+/// Number of instants of a motion at which the lowest point is searched.
+const LOWEST_POINT_INSTANTS: u32 = 2000;
 
 impl RobotSurroundings {
-    /// The gaps that `user` asks of the model; what the file of a motion asks for, `own`, may make them tighter. `limits`:
-    /// one per coordinate, narrowed by `margins`.
+    /// The gaps that `user` requires of the model; the requirements of the motion's own file, `own`, can only make them
+    /// tighter. `limits`: one per coordinate, narrowed by `margins`.
     ///
     /// Fails where `user` names a link that is not there, has a wall without direction, or asks for what the robot
     /// cannot reach, and where nothing bounds how far margins of joints move a body.
@@ -54,7 +54,7 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// The same; and whether the plane of the base is a floor of a robot that stands on it, where nobody says.
+    /// [`RobotSurroundings::new`]; `assumes_floor`: the plane of the base is the floor where no file says otherwise.
     pub(crate) fn on_floor(
         model: &Model,
         user: &SpaceLimits,
@@ -67,7 +67,7 @@ impl RobotSurroundings {
             return Err(refused(fault));
         }
         let errors = body_errors(model, limits, margins).map_err(refused)?;
-        let rules = Rules { errors, assumes_floor, ..rules(user, own).map_err(refused)? };
+        let rules = ClearanceRules { errors, assumes_floor, ..rules(user, own).map_err(refused)? };
         let directory = directory_of(&model.path);
         let situation = situation(model, limits);
         let clearance = Clearance::new(&model.robot, directory, &rules, &situation).map_err(refused)?;
@@ -85,19 +85,19 @@ impl RobotSurroundings {
         Ok(RobotSurroundings { clearance, gaps, left_out })
     }
 
-    /// What is to be said of meshes that are cut, where any is.
+    /// A note on the meshes that are cut into convex pieces; `None` without such meshes.
     pub(crate) fn note(&self) -> Option<String> {
         let of = |(link, shapes): &(String, usize)| format!("{link} into {shapes}");
         let all: Vec<String> = self.clearance.cut_bodies().iter().map(of).collect();
         (!all.is_empty()).then(|| {
             format!(
-                "meshes are cut into convex pieces, since their hulls leave other links little room: {}",
+                "meshes are cut into convex pieces, since their hulls are too close to other links: {}",
                 all.join(", ")
             )
         })
     }
 
-    /// How much larger a body may be than the hull of its mesh, m, and whose it is.
+    /// The largest extent of a body beyond the hull of its mesh, m, and the link of this body.
     pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
     }
@@ -107,21 +107,21 @@ impl RobotSurroundings {
         self.clearance.floor()
     }
 
-    /// The lowest point of the links that move along a motion, as far as instants show.
+    /// The lowest point of the moving links along a motion, searched at discrete instants.
     pub(crate) fn lowest(&self, motion: &Motion) -> Option<LowestPoint> {
         let at = |k: u32| {
-            let time_s = motion.duration() * f64::from(k) / f64::from(LOWEST_INSTANTS);
+            let time_s = motion.duration() * f64::from(k) / f64::from(LOWEST_POINT_INSTANTS);
             let q: Vec<f64> = motion.at(time_s).iter().map(|x| x[0]).collect();
             let (z_m, link) = self.clearance.lowest(&q)?;
             Some(LowestPoint { z_m, link: link.to_string(), time_s })
         };
-        (0..=LOWEST_INSTANTS).filter_map(at).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
+        (0..=LOWEST_POINT_INSTANTS).filter_map(at).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
     }
 
-    /// The same along a course, at instants of every stretch.
-    pub(crate) fn lowest_of(&self, course: &dyn Course) -> Option<LowestPoint> {
+    /// The lowest point of the moving links along a trajectory, searched at instants of every segment.
+    pub(crate) fn lowest_of(&self, course: &dyn Trajectory) -> Option<LowestPoint> {
         let stretches = course.stretches();
-        let instants = (LOWEST_INSTANTS as usize).div_ceil(stretches.len().max(1)).max(1);
+        let instants = (LOWEST_POINT_INSTANTS as usize).div_ceil(stretches.len().max(1)).max(1);
         let at = |i: usize, k: usize| {
             let t = stretches[i].length * k as f64 / instants as f64;
             let (z_m, link) = self.clearance.lowest(&course.positions(i, t))?;
@@ -147,24 +147,24 @@ impl Surroundings for RobotSurroundings {
         &self.gaps
     }
 
-    fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room> {
+    fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize> {
         let rooms = self.clearance.rooms(q, spread, which);
-        rooms.into_iter().map(|room| Room { reached: room.reached, at_least: room.at_least }).collect()
+        rooms.into_iter().map(|room| GapSize { reached: room.reached, at_least: room.at_least }).collect()
     }
 
-    fn near(&self, q: &[f64], within: f64, known: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64])) {
-        if let Some(known) = known.get_or_insert_with(|| Box::new(Remembered::default())).downcast_mut() {
+    fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
+        if let Some(known) = known.get_or_insert_with(|| Box::new(InstantCache::default())).downcast_mut() {
             self.clearance.near(q, within, known, each);
         }
     }
 }
 
-/// Rest, zero, and poses all over the limits of the description.
+/// The pose of rest, the pose zero, and random poses within the limits of the description.
 fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     let place = |k: usize| {
-        let size = if model.regressor().is_prismatic(k) { UNLIMITED.1 } else { UNLIMITED.0 };
+        let half = if model.regressor().is_prismatic(k) { UNLIMITED_HALF_RANGE.1 } else { UNLIMITED_HALF_RANGE.0 };
         let described = AskedLimits::of_description(&model.robot.coordinates[k].limits);
-        described.position.filter(|(low, high)| low <= high).unwrap_or((-size, size))
+        described.position.filter(|(low, high)| low <= high).unwrap_or((-half, half))
     };
     let places: Vec<(f64, f64)> = (0..limits.len()).map(place).collect();
     let pose = |index: u64| {
@@ -180,8 +180,8 @@ fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     }
 }
 
-/// What margins of joints and bodies mean for the bodies. A joint that slides without end has no place from which its reach
-/// is told.
+/// Errors of the bodies' positions by the margins of joints and bodies. Fails where a sliding joint with a margin has no
+/// limits of position.
 fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargins) -> Result<BodyErrors, String> {
     let names = model.regressor().coordinates();
     let joints = margins.of_joints(names);
@@ -194,20 +194,21 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user asked for what is left out.
-fn is_asked(matter: Matter, user: &SpaceLimits) -> bool {
+/// Whether the user asked for the requirement that is left out.
+fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
-        Matter::Distance => user.distance.is_some(),
-        Matter::Floor => matches!(user.floor, Some(Floor::At(_))),
-        Matter::Region => !user.walls.is_empty() || !user.boxes.is_empty(),
+        LeftOutTopic::Distance => user.distance.is_some(),
+        LeftOutTopic::Floor => matches!(user.floor, Some(Floor::At(_))),
+        LeftOutTopic::Region => !user.walls.is_empty() || !user.boxes.is_empty(),
         _ => false,
     }
 }
 
-fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<Rules, String> {
+fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<ClearanceRules, String> {
     let numbered = |what: &str, k: usize, count: usize| {
         if count == 1 { format!("the {what}") } else { format!("{what} {}", k + 1) }
     };
+    // Requirements of the motion's file count only where they are not weaker than the user's.
     let space = own.map_or_else(|| user.clone(), |own| own.held_to(user));
     let mut half_spaces = Vec::new();
     for (k, wall) in space.walls.iter().enumerate() {
@@ -218,12 +219,13 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<Rules, String>
         let sides = HalfSpace::sides_of_box(&numbered("box", k, space.boxes.len()), cell.low, cell.high)?;
         half_spaces.extend(sides.into_iter().map(|side| HalfSpace { links: cell.links.clone(), ..side }));
     }
+    // The height that the user names, else the plane of the base at the height that the motion's file names.
     let floor = match space.floor {
         Some(Floor::At(height)) => FloorRule::At(height),
         Some(Floor::Word(_)) => FloorRule::Nowhere,
         None => FloorRule::OfBase(own.and_then(|own| own.floor).and_then(Floor::height)),
     };
-    Ok(Rules {
+    Ok(ClearanceRules {
         own_links: space.own_links,
         distance: space.distance,
         accepted: space.accepted(),

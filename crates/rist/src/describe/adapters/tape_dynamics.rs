@@ -1,6 +1,6 @@
 //! Inertia matrix and bias torque evaluated by tape.
 //!
-//! A regressor gives A and h by n + 1 evaluations of Y; their own functions of the base parameters take a tenth of that.
+//! A regressor gives A and h by n + 1 evaluations of Y; the functions derived for A and h take a tenth of that time.
 
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use expr::Tape;
@@ -16,7 +16,7 @@ struct TapeDynamics {
     n: usize,
 }
 
-/// The dynamics of a model with these base parameters, N m from rad; missing ones count as zero.
+/// The dynamics of a model with these base parameters, in N m and rad; missing parameters count as zero.
 ///
 /// Where loops are closed numerically, the dynamics are computed by the regressor, which has the solver.
 pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '_> {

@@ -21,7 +21,7 @@ pub(crate) struct TorqueEnclosure<'a> {
 impl<'a> TorqueEnclosure<'a> {
     /// `None` where no link has inertial parameters, or joints are found numerically.
     pub(crate) fn new(model: &'a Model) -> Option<TorqueEnclosure<'a>> {
-        if !model.robot.passive.is_empty() || model.described_parameters().is_none() {
+        if !model.robot.passive.is_empty() || model.nominal_parameters().is_none() {
             return None;
         }
         let value = |p: &robot::StandardParameter| p.value(&model.robot).unwrap_or(0.0);
@@ -29,8 +29,8 @@ impl<'a> TorqueEnclosure<'a> {
         Some(TorqueEnclosure { function: &model.torque, values, multiples: vec![] })
     }
 
-    /// The torques of identified base parameters; `None` where joints are found numerically, or there are not as many
-    /// parameters as the model has.
+    /// The torques of identified base parameters; `None` where joints are found numerically, or where the model has another
+    /// number of parameters.
     pub(crate) fn identified(model: &'a Model, parameters: &[f64]) -> Option<TorqueEnclosure<'a>> {
         let fits = model.robot.passive.is_empty()
             && !parameters.is_empty()
@@ -66,7 +66,7 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         }
         let outputs = self.function.outputs.iter().flat_map(|o| &o.entries);
         let outputs: Vec<Jet> = outputs.map(|e| signed(&values, *e)).collect();
-        // Without identified parameters the outputs are torques, else they are Y, and tau = Y X.
+        // Without identified parameters the outputs are torques; otherwise they are Y, and tau = Y X.
         if self.multiples.is_empty() {
             return outputs;
         }
@@ -87,8 +87,8 @@ mod tests {
     fn torques_lie_within() {
         let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
         let model = Model::read(format!("{models}/ur5.urdf")).unwrap();
-        let described = model.described_parameters().unwrap();
-        // Both ways to the same torques.
+        let described = model.nominal_parameters().unwrap();
+        // Two formulas of the same torques.
         for enclosure in [TorqueEnclosure::new(&model), TorqueEnclosure::identified(&model, &described)] {
             hold(&model, &enclosure.unwrap(), &described);
         }

@@ -1,35 +1,36 @@
-//! The delay of the torques: as asked for, or where the log check sees one and parts left out are predicted better with it.
+//! The delay of the torques: on request, or where the log check finds one and a held-out segment is predicted better with it.
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::hypothesis::Hypothesis;
+use identification::estimate::log_check::finding::Fault;
 use identification::estimate::options::Options;
-use identification::estimate::passport::finding::Fault;
 use identification::estimate::topics::DELAY_TAKEN;
 use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Decisions, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts};
+use crate::fit::search::{
+    Decisions, Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts,
+};
 
-/// The delay with the smallest residual.
-pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// The delay with the smallest residual; `None` where it is given, or not found by the log check.
+pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request) = (tried.model, tried.asked.logs, tried.asked.request);
     if request.finds_delay() {
         let (options, delay) = found_delay(model, logs, &tried.options)?;
         return Ok(Some(Proposal::given(options, Decisions { delay: Some(delay), ..Decisions::default() })));
     }
-    let is_open = request.rows.signals.delay.is_none() && tried.options.signal.delay == 0.0;
-    if !is_open
-        || !tried.looked()?.passport.findings.iter().any(|f| matches!(f.fault, Fault::Of(Hypothesis::Late(_), _)))
+    let is_free = request.rows.signals.delay.is_none() && tried.options.signal.delay == 0.0;
+    if !is_free
+        || !tried.looked()?.log_check.findings.iter().any(|f| matches!(f.fault, Fault::Of(Hypothesis::Late(_), _)))
     {
         return Ok(None);
     }
-    // A search that ends nowhere leaves the torques as they are, and the log check says so.
+    // Without a minimum of the residual the torques are not shifted; the log check reports this.
     let Ok((options, found)) = found_delay(model, logs, &tried.options) else { return Ok(None) };
     let errors = [error_on_parts(model, logs, &tried.options)?, error_on_parts(model, logs, &options)?];
     let sentence = format!(
-        "the torques come {:.1} ms later than the positions, and are taken back: parts left out are predicted with an error \
-         of {:.4} instead of {:.4} ([delay=0] leaves them)",
+        "the torques come {:.1} ms later than the positions, and are shifted back: the held-out error is {:.4} instead of {:.4} ([delay=0] keeps them)",
         1e3 * found.seconds,
         errors[1],
         errors[0]
@@ -40,7 +41,8 @@ pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     Ok(Some(proposal))
 }
 
-/// The delay with the smallest residual, and the options with it.
+/// The delay with the smallest residual, and the options with it. Fails where the residual still falls at the end of the
+/// search.
 fn found_delay(model: &Model, logs: &[LogSource], options: &Options) -> Result<(Options, Delay), Error> {
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {

@@ -1,16 +1,16 @@
-//! The friction of an identification: terms of all joints, and of single ones.
+//! The friction of an identification: terms of all joints, and terms of single joints.
 //!
-//! | the user says | the terms are |
+//! | request | terms |
 //! |---|---|
-//! | terms | these |
-//! | `auto` | the set for all joints that predicts parts left out best, and terms of single joints beside it |
-//! | nothing | viscous and Coulomb friction and an offset, and terms of single joints beside them where those predict parts left out better by far |
+//! | terms | the given terms |
+//! | `auto` | the set for all joints with the smallest error on held-out data, and additional terms of single joints |
+//! | nothing | viscous and Coulomb friction, an offset, and terms of single joints that predict held-out data far better |
 
+use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::consistent::identify_consistent;
 use identification::estimate::identified::Status;
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
-use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::options::Options;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::estimators::huber::Robust;
@@ -22,10 +22,12 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Decisions, Evidence, Fitted, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{
+    Decisions, Evidence, Fitted, KeptParameters, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO,
+};
 
-/// The friction that the request asks to be chosen, and the load that its terms need.
-pub(crate) fn asked_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// The friction terms of the request, chosen where it says `auto`, and the load that these terms need.
+pub(crate) fn asked_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request, kept) = (tried.model, tried.asked.logs, tried.asked.request, tried.asked.kept);
     let (mut options, mut found) = (tried.options.clone(), Decisions::default());
     if request.finds_friction() {
@@ -34,22 +36,22 @@ pub(crate) fn asked_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
     if request.finds_friction() {
         let Predicted { load, speed, x, robust } = predicted_load(model, logs, kept, &options)?;
-        let beside = robust.as_ref().map(|rows| (x.as_slice(), rows));
-        found.joint_terms = Some(found_joint_terms(model, logs, load, &speed, &mut options, beside)?);
+        let robust_rows = robust.as_ref().map(|rows| (x.as_slice(), rows));
+        found.joint_terms = Some(found_joint_terms(model, logs, load, &speed, &mut options, robust_rows)?);
     } else if options.friction_load.is_empty() && grows_with_load(&options) {
         options.friction_load = predicted_load(model, logs, kept, &options)?.load;
     }
     Ok(Some(Proposal::given(options, found)))
 }
 
-/// Where nobody spoke of friction: terms of single joints beside those of the fit, where they predict parts left out better by
-/// far, and far better than any fault of the log does.
-pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// Where the request says nothing of friction: additional terms of single joints, where they reduce the error on held-out
+/// data by far, and much more than any fault of the log that explains the residual.
+pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs) = (tried.model, tried.asked.logs);
     if !tried.asked.request.leaves_friction_open() {
         return Ok(None);
     }
-    // Logs that are not held in memory would have to be read once more.
+    // Logs that are not held in memory would have to be read again.
     if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
         let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
                         ([friction=auto] looks for it)";
@@ -59,7 +61,7 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     let mut options = tried.options.clone();
     let Fitted { fit, faults } = tried.fitted()?;
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
-    // Where little motion decides the friction of a joint, terms more fit this log and no other.
+    // Where little motion identifies the friction of a joint, additional terms would fit the noise of this log.
     let coordinates = model.regressor().coordinates();
     let is_weak = |name: &String| {
         let ids = [FrictionParameter::Viscous, FrictionParameter::Coulomb].map(|f| ParameterId::friction(f, name));
@@ -72,12 +74,11 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
     let found = found_joint_terms(model, logs, load, &speed, &mut options, fit.of_rows())?;
     let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
-    // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
-    let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
+    // A fault has one parameter, the terms have several: their log error ratio has to be twice that of any fault.
+    let of_faults = faults.iter().filter_map(HypothesisTest::gain).fold(1.0, f64::min);
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
     let sentence = format!(
-        "{}: parts left out are predicted with an error of {with:.4} instead of {:.4} ([friction=viscous,coulomb,offset] \
-         leaves them out)",
+        "{}: the held-out error is {with:.4} instead of {:.4} ([friction=viscous,coulomb,offset] omits them)",
         terms.join(", "),
         found.error
     );
@@ -99,7 +100,7 @@ fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
     }
 }
 
-/// The terms of all joints that predict parts left out best, put into the options.
+/// Chooses the terms of all joints with the smallest error on held-out data, and puts them into the options.
 ///
 /// Fails where a log cannot be read.
 fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
@@ -112,23 +113,28 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     Ok(selection)
 }
 
-/// Whether friction of a single joint grows with its load.
+/// Whether the friction of some joint grows with its load.
 fn grows_with_load(options: &Options) -> bool {
     options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
 }
 
-/// A fit without friction that grows with the load.
+/// Results of a fit without friction that grows with the load.
 struct Predicted {
     /// The base parameters that predict the load.
     load: Vec<f64>,
-    /// The largest speed of each joint.
+    /// The largest speed of each joint, rad/s or m/s.
     speed: Vec<f64>,
-    /// All parameters, and what rows count by their residual, where not all alike.
+    /// All parameters, and the weights of the rows by their residuals where the fit is robust.
     x: Vec<f64>,
     robust: Option<Robust>,
 }
 
-fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Options) -> Result<Predicted, Error> {
+fn predicted_load(
+    model: &Model,
+    logs: &[LogSource],
+    kept: KeptParameters,
+    options: &Options,
+) -> Result<Predicted, Error> {
     let mut options = options.clone();
     options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -136,8 +142,8 @@ fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Optio
     let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
     let (speed, robust, x) = (fit.observation.speed.clone(), fit.robust.clone(), fit.solution.x.clone());
     let load = match kept {
-        Kept::All | Kept::Free | Kept::Essential => fit.solution.x,
-        Kept::Consistent => {
+        KeptParameters::All | KeptParameters::Free | KeptParameters::Essential => fit.solution.x,
+        KeptParameters::Consistent => {
             let (map, known) = (model.standard_map(), model.reference_bodies());
             identify_consistent(model.regressor(), &map, &known, &fit, &options, &Default::default())?.consistent.x
         }
@@ -145,21 +151,22 @@ fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Optio
     Ok(Predicted { load: load[..model.regressor().parameters().len()].to_vec(), speed, x, robust })
 }
 
-/// Terms of single joints beside those of all joints, put into the options. `load`: the base parameters that predict the
-/// load; `speed`: the largest of each joint.
+/// Chooses additional terms of single joints, and puts them into the options. `load`: the base parameters that predict the
+/// load; `speed`: the largest speed of each joint, rad/s or m/s; `robust_rows`: parameters and weights of the rows of a robust
+/// fit.
 fn found_joint_terms(
     model: &Model,
     logs: &[LogSource],
     load: Vec<f64>,
     speed: &[f64],
     options: &mut Options,
-    beside: Option<(&[f64], &Robust)>,
+    robust_rows: Option<(&[f64], &Robust)>,
 ) -> Result<JointTerms, Error> {
     let with_load = Options { friction_load: load, ..options.clone() };
     let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
     let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
     let candidates: Vec<FrictionTerm> = joint_candidates(speed).into_iter().filter(is_new).collect();
-    let found = choose_joint_terms(model.regressor(), &records, options, &candidates, beside)?;
+    let found = choose_joint_terms(model.regressor(), &records, options, &candidates, robust_rows)?;
     options.friction.extend(found.taken.iter().map(|taken| taken.term));
     if found.has_load() {
         options.friction_load = with_load.friction_load;

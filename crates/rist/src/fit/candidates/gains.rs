@@ -2,10 +2,10 @@
 
 use crate::error::Error;
 use crate::fit::drive_gains::drive_gains;
-use crate::fit::search::{Decisions, Proposal, Tried};
+use crate::fit::search::{Decisions, Proposal, TriedVariant};
 
-/// Those of the request and of the description, and an estimate of the others.
-pub(crate) fn gains(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// Drive gains of the request and of the description, and an estimate of the missing ones.
+pub(crate) fn gains(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let mut options = tried.options.clone();
     let gains = drive_gains(tried.model, tried.asked.logs, &tried.asked.request.gain, &mut options)?;
     Ok(Some(Proposal::given(options, Decisions { gains, ..Decisions::default() })))

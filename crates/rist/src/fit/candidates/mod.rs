@@ -1,4 +1,4 @@
-//! What a search over variants tries, a decision a file.
+//! Candidates of the search over variants: one decision per file.
 
 pub(crate) mod delay;
 pub(crate) mod friction;

@@ -1,10 +1,10 @@
-//! A base that is tilted a little, of which nobody spoke: taken as rotors are.
+//! A base that is tilted slightly without being described so: taken where held-out data are predicted better with the tilt.
 
 use std::f64::consts::PI;
 
+use identification::estimate::claims::hypotheses::Hypothesis;
 use identification::estimate::digits::significant;
 use identification::estimate::held_out::cross_validate;
-use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::options::Options;
 use identification::estimate::topics::MOUNT_TAKEN;
 use nalgebra::Vector3;
@@ -13,18 +13,18 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::candidates::unknowns::{BEFORE_THE_FIT, Unknowns};
 use crate::fit::search::{
-    Asked, Decisions, Evidence, Fitted, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search,
+    Decisions, Evidence, FitQuestion, Fitted, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, search,
 };
-use crate::request::{SamplesRequest, Unknown};
+use crate::request::{SamplesRequest, UnknownKind};
 
-/// Larger turns are no error of a fixture: the log check looks for another mount.
+/// Largest tilt that counts as an error of the fixture: for larger ones the log check searches another mount.
 const LARGEST_TILT_RAD: f64 = 15.0 * PI / 180.0;
 
-/// The direction of gravity that the fit tells.
-pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// The direction of gravity that the fit identifies; `None` where the mount is given or the tilt is not significant.
+pub(crate) fn mount(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, asked) = (tried.model, tried.asked);
-    let is_open = model.description.as_ref().is_none_or(|description| description.base.is_none());
-    if !is_open || tried.looked()?.passport.is_gross() {
+    let is_free = model.description.as_ref().is_none_or(|description| description.base.is_none());
+    if !is_free || tried.looked()?.log_check.is_gross() {
         return Ok(None);
     }
     let options = tried.options.clone();
@@ -33,8 +33,8 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
         return Ok(None);
     }
     let without = error(model, fitted, &options);
-    let request = SamplesRequest { unknowns: vec![Unknown::Mount], ..asked.request.clone() };
-    // A turn under which the robot has no base parameters, or no fit, is none to take; the claim names the tilt.
+    let request = SamplesRequest { unknowns: vec![UnknownKind::Mount], ..asked.request.clone() };
+    // A tilt under which the base parameters or the fit fail is not taken; the claim names it.
     let Ok(unknowns) = Unknowns::find(model, asked.logs, &request) else { return Ok(None) };
     let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
     let [from, to] = [model, &turned].map(|model| Vector3::from(model.robot.gravity_number()));
@@ -42,18 +42,17 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     if tilt > LARGEST_TILT_RAD {
         return Ok(None);
     }
-    let of_turned = |mut tried: Tried<'_>| {
+    let of_turned = |mut tried: TriedVariant<'_>| {
         let (model, options) = (tried.model, tried.options.clone());
         Ok(error(model, tried.fitted()?, &options))
     };
-    let asked = Asked { request: &unknowns.request, ..asked };
+    let asked = FitQuestion { request: &unknowns.request, ..asked };
     let Ok(searched) = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &of_turned) else {
         return Ok(None);
     };
     let with = searched.end;
     let sentence = format!(
-        "the base is taken as tilted by {} deg: parts left out are predicted with an error of {:.4} instead of {:.4} \
-         ([base=0,0,0] leaves it as described)",
+        "the base is taken as tilted by {} deg: the held-out error is {:.4} instead of {:.4} ([base=0,0,0] keeps the nominal one)",
         significant(tilt.to_degrees()),
         with,
         without
@@ -69,7 +68,7 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     Ok(Some(proposal))
 }
 
-/// Error on parts left out of a fit.
+/// Relative error on held-out data of a fit.
 fn error(model: &Model, Fitted { fit, .. }: &Fitted, options: &Options) -> f64 {
     cross_validate(&options.linear_model(model.regressor()), &fit.observation, options.weights).total
 }

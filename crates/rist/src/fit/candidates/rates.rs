@@ -1,12 +1,12 @@
-//! Slopes in place of velocity and acceleration columns that are none.
+//! Derivatives of the positions, in place of velocity and acceleration columns that are not the derivatives.
 
 use crate::error::Error;
-use crate::fit::search::{Decisions, Proposal, Tried};
+use crate::fit::search::{Decisions, Proposal, TriedVariant};
 use crate::fit::signal_sources::sources;
 
-/// What the log check says of the columns.
-pub(crate) fn rates(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// Replaces the columns that the log check rejects.
+pub(crate) fn rates(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let mut options = tried.options.clone();
-    let sentences = sources(&tried.looked()?.passport, &mut options);
+    let sentences = sources(&tried.looked()?.log_check, &mut options);
     Ok((!sentences.is_empty()).then(|| Proposal::given(options, Decisions { sentences, ..Decisions::default() })))
 }

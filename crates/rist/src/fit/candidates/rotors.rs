@@ -1,5 +1,5 @@
-//! Rotor inertias that a description does not give: taken where parts left out are predicted better with them, or where
-//! their deviation tells one.
+//! Rotor inertias that a description does not give: taken where held-out data are predicted better with them, or where one
+//! is significant.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;
@@ -7,11 +7,11 @@ use identification::estimate::topics::ROTORS_TAKEN;
 use linear_model::unit::Unit;
 
 use crate::error::Error;
-use crate::fit::search::{Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
-use crate::fit::unspoken::{lack, may_lack_rotors, rotating};
+use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::undetermined::{lack, may_lack_rotors, rotating};
 
-/// Rotors of all joints, by the errors. Where they are not worth it, the rows that were made for it are kept.
-pub(crate) fn rotors(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// Rotors of all joints, by the errors on held-out data. Where they are not taken, the rows without them are kept for the fit.
+pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     if !may_lack_rotors(model) {
         return Ok(None);
@@ -28,24 +28,22 @@ pub(crate) fn rotors(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     let evidence = Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO };
     let [without, with] = errors;
     let sentence = format!(
-        "rotor inertias are among the parameters, which {}: parts left out are predicted with an error of \
-         {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)",
+        "rotor inertias are among the parameters, which {}: the held-out error is {with:.4} instead of {without:.4} ([rotor_inertia=none] omits them)",
         lack(model)
     );
     proposal(tried, evidence, sentence)
 }
 
-/// The same where the fit tells one by its deviation, too small for the errors to tell it by far.
-pub(crate) fn significant_rotors(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+/// Rotors of all joints, where one is significant in the fit, although the errors on held-out data hardly fall.
+pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     let fitted = tried.fitted()?;
-    let told = fitted.faults.iter().filter_map(|f| Some((f.told_rotor()?, f)));
-    let Some((k, rotor)) = told.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else { return Ok(None) };
+    let significant_ones = fitted.faults.iter().filter_map(|f| Some((f.significant_rotor()?, f)));
+    let Some((k, rotor)) = significant_ones.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else { return Ok(None) };
     let joint = &fitted.fit.estimate.joints[k];
     let unit = if joint.unit == Unit::TORQUE { "kg m^2" } else { "kg" };
     let sentence = format!(
-        "rotor inertias are among the parameters, which {}: that of {} is told with {} +- {} {unit} \
-         ([rotor_inertia=none] leaves them out)",
+        "rotor inertias are among the parameters, which {}: the rotor inertia of {} is significant: {} +- {} {unit} ([rotor_inertia=none] omits them)",
         lack(model),
         joint.coordinate,
         significant(rotor.value),
@@ -55,8 +53,8 @@ pub(crate) fn significant_rotors(tried: &mut Tried<'_>) -> Result<Option<Proposa
     proposal(tried, evidence, sentence)
 }
 
-/// The model with rotors, which costs a derivation, where the evidence is enough.
-fn proposal(tried: &Tried<'_>, evidence: Evidence, sentence: String) -> Result<Option<Proposal>, Error> {
+/// The model with rotors, which needs a new derivation, where the evidence is enough.
+fn proposal(tried: &TriedVariant<'_>, evidence: Evidence, sentence: String) -> Result<Option<Proposal>, Error> {
     if !evidence.is_enough() {
         return Ok(None);
     }

@@ -1,18 +1,18 @@
-//! An identification with unknowns beside the parameters: mount, zeros, scales, springs.
+//! An identification with unknowns in addition to the parameters: mount, zeros, scales, springs.
 //!
 //! Gauss-Newton: the model and the options hold a guess, a step of
-//! [`step`](identification::estimate::ledger::unknowns::step) says by how much it is wrong, and the logs are looked at
-//! again with the guess mended, until no step is above a tenth of its deviation. The identification behind it is an
-//! ordinary one with what was found, and its deviations allow for those of the unknowns.
+//! [`step`](identification::estimate::claims::unknowns::step) estimates its error, and the logs are evaluated again with the
+//! corrected guess, until no step exceeds a tenth of its standard deviation. The final identification is an ordinary one
+//! with the unknowns found; its standard deviations include the uncertainty of the unknowns.
 //!
-//! The mount is the direction of gravity seen from the base, a unit vector with two steps across it ([`axes`]): roll and pitch
-//! have a pole at an arm on a wall. They are derived, and rounded to what is printed, so that the printed line makes the very
-//! model. A spring is taken where it is [`FOUND_FAULT_SIGMAS`] of its deviations from nothing: the least of the others is left
-//! out, and the rest is looked at again.
+//! The mount is the direction of gravity in the frame of the base, a unit vector with two steps across it ([`axes`]), since
+//! roll and pitch are singular for an arm on a wall. Roll and pitch are computed from it and rounded to the printed digits,
+//! so that the printed line gives exactly this model. A spring is taken where it is at least [`FOUND_FAULT_SIGMAS`] standard
+//! deviations from zero: the least significant other one is removed, and the search is repeated.
 
+use identification::estimate::claims::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis, UndeterminedMechanics};
+use identification::estimate::claims::unknowns::{UnknownStep, ZERO_PRIOR_RAD, step};
 use identification::estimate::digits::significant;
-use identification::estimate::ledger::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis, Open};
-use identification::estimate::ledger::unknowns::{Step, ZERO_PRIOR_RAD, step};
 use identification::signals::records::SourceRecords;
 use logs::LogSource;
 use nalgebra::{Rotation3, Vector3};
@@ -27,37 +27,38 @@ use crate::fit::candidates::rotors::rotors;
 use crate::fit::drive_gains::drive_gains;
 use crate::fit::gravity_direction::{base, gravity, mounted};
 use crate::fit::mount::axes;
-use crate::fit::search::{Asked, Candidate, Kept, Tried, search};
-use crate::fit::unspoken::with_open;
-use crate::request::{SamplesRequest, Unknown, Words};
+use crate::fit::search::{FitQuestion, KeptParameters, TriedVariant, VariantProposer, search};
+use crate::fit::undetermined::with_undetermined;
+use crate::request::{SamplesRequest, UnknownKind, WordChoice};
 
-/// Steps until the search is given up; errors of 30 degrees took five.
+/// Largest number of steps; errors of 30 degrees took five.
 const MOST_STEPS: usize = 12;
-/// A step below this share of its deviation changes nothing.
+/// A step below this share of its standard deviation counts as zero.
 const SETTLED_SHARE: f64 = 0.1;
-/// The same of a step beside what was found, where the log has no noise: of a derivative by differences.
-const ROUNDING: f64 = 1e-6;
-/// Larger steps leave what the linearisation is good for, rad.
-const LARGEST_ANGLE_STEP: f64 = 0.5;
-/// The same of a scale, less one.
+/// A step below this share of the unknown (1, or the spring's stiffness) counts as zero, where the log has no noise: rounding
+/// of a derivative by differences.
+const ROUNDED_STEP_SHARE: f64 = 1e-6;
+/// Largest step of an angle for which the linearisation holds, rad.
+const LARGEST_ANGLE_STEP_RAD: f64 = 0.5;
+/// Largest relative step of a scale for which the linearisation holds.
 const LARGEST_SCALE_STEP: f64 = 0.5;
 
-/// What is decided before a fit that unknowns are tested beside.
-pub(crate) const BEFORE_THE_FIT: [Candidate; 4] = [gains, rates, rotors, delay];
+/// Decisions that precede a fit in which unknowns are tested.
+pub(crate) const BEFORE_THE_FIT: [VariantProposer; 4] = [gains, rates, rotors, delay];
 
-/// What is held for true until the next step.
+/// Values of the unknowns that are assumed until the next step.
 struct Guess {
     /// Gravity in the frame of the base, m/s^2.
     gravity: Vector3<f64>,
     zeros: Vec<f64>,
     scales: Vec<f64>,
     springs: Vec<f64>,
-    /// Springs that are told too little to be taken, and how much that is.
+    /// Springs that are not significant, with their values as text.
     no_springs: Vec<(Hypothesis, String)>,
 }
 
 impl Guess {
-    /// That of the options, or that nothing is wrong.
+    /// The values of the options; zeros, unit scales and no springs where these say nothing.
     fn of(model: &Model, request: &SamplesRequest) -> Guess {
         let n = model.robot.n_coordinates();
         let transmission = request.options().transmission;
@@ -70,12 +71,12 @@ impl Guess {
         }
     }
 
-    /// Mends it by steps; `gravity`: with that they were made.
-    fn take(&mut self, steps: &[Step], gravity: Vector3<f64>) {
+    /// Corrects the guess by steps; `gravity`: the vector with which they were computed, m/s^2.
+    fn take(&mut self, steps: &[UnknownStep], gravity: Vector3<f64>) {
         let mut turn = Vector3::zeros();
-        for Step { of, told, .. } in steps {
-            let Some((by, _)) = *told else { continue };
-            let angle = by.clamp(-LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP);
+        for UnknownStep { of, identified, .. } in steps {
+            let Some((by, _)) = *identified else { continue };
+            let angle = by.clamp(-LARGEST_ANGLE_STEP_RAD, LARGEST_ANGLE_STEP_RAD);
             match *of {
                 Hypothesis::Zero(k) => self.zeros[k] += angle,
                 Hypothesis::Scale(k) => self.scales[k] *= 1.0 + by.clamp(-LARGEST_SCALE_STEP, LARGEST_SCALE_STEP),
@@ -93,9 +94,9 @@ impl Guess {
         self.gravity = Rotation3::from_scaled_axis(turn) * gravity;
     }
 
-    /// Takes back the spring that is told least, where that is no spring.
-    fn leave_a_spring_out(&mut self, model: &Model, steps: &[Step]) -> bool {
-        let sigmas = |step: &Step| match (&step.of, step.told) {
+    /// Removes the least significant spring, where it is below [`FOUND_FAULT_SIGMAS`] standard deviations.
+    fn leave_a_spring_out(&mut self, model: &Model, steps: &[UnknownStep]) -> bool {
+        let sigmas = |step: &UnknownStep| match (&step.of, step.identified) {
             (Hypothesis::Spring(k), Some((_, deviation))) => self.springs[*k].abs() / deviation,
             _ => f64::INFINITY,
         };
@@ -106,25 +107,25 @@ impl Guess {
         true
     }
 
-    /// Whether a step changes nothing that counts.
-    fn is_settled(&self, step: &Step) -> bool {
-        let Some((by, deviation)) = step.told else { return true };
-        let size = if let Hypothesis::Spring(k) = step.of { self.springs[k].abs() } else { 1.0 };
-        by.abs() < (SETTLED_SHARE * deviation).max(ROUNDING * size)
+    /// Whether a step is negligible against its standard deviation or rounding.
+    fn is_settled(&self, step: &UnknownStep) -> bool {
+        let Some((by, deviation)) = step.identified else { return true };
+        let scale = if let Hypothesis::Spring(k) = step.of { self.springs[k].abs() } else { 1.0 };
+        by.abs() < (SETTLED_SHARE * deviation).max(ROUNDED_STEP_SHARE * scale)
     }
 
-    /// The request with what is held for true of the joints.
+    /// The request with the guess of zeros, scales and springs in its options.
     fn request(&self, request: &SamplesRequest) -> SamplesRequest {
         let mut options = request.rows.signals.options.clone().unwrap_or_default();
         let transmission = &mut options.transmission;
-        let wants = |unknown: Unknown| request.unknowns.contains(&unknown);
-        if wants(Unknown::Zeros) {
+        let wants = |unknown: UnknownKind| request.unknowns.contains(&unknown);
+        if wants(UnknownKind::Zeros) {
             transmission.offsets = Some(self.zeros.clone());
         }
-        if wants(Unknown::Scales) {
+        if wants(UnknownKind::Scales) {
             transmission.scales = Some(self.scales.clone());
         }
-        if wants(Unknown::Springs) {
+        if wants(UnknownKind::Springs) {
             transmission.springs = self.springs.iter().any(|k| *k != 0.0).then(|| self.springs.clone());
         }
         let mut request = SamplesRequest { unknowns: Vec::new(), ..request.clone() };
@@ -132,12 +133,13 @@ impl Guess {
         request
     }
 
-    /// Roll, pitch and yaw of the base, rad, as they are printed.
+    /// Roll, pitch and yaw of the base, rad, rounded to the printed digits.
     fn rpy(&self, model: &Model) -> [f64; 3] {
         rounded_rpy(&base(model, &self.gravity), 7)
     }
 
-    /// Steps until one changes nothing: the last one, and whether that was so. `described`: the zeros of the description.
+    /// Repeats steps until one is negligible; returns the last step and whether it was. `described`: the zeros of the
+    /// description, rad or m.
     ///
     /// Fails where a log cannot be read.
     fn settle(
@@ -146,8 +148,8 @@ impl Guess {
         logs: &[LogSource],
         request: &SamplesRequest,
         described: &[f64],
-    ) -> Result<(Vec<Step>, bool), Error> {
-        let turns = request.unknowns.contains(&Unknown::Mount);
+    ) -> Result<(Vec<UnknownStep>, bool), Error> {
+        let turns = request.unknowns.contains(&UnknownKind::Mount);
         let mut steps = Vec::new();
         for _ in 0..MOST_STEPS {
             let turned = turns.then(|| self.model(model)).transpose()?;
@@ -166,22 +168,22 @@ impl Guess {
         Ok((steps, false))
     }
 
-    /// The model whose base is mounted so.
+    /// The model with the base mounted as guessed.
     fn model(&self, model: &Model) -> Result<Model, Error> {
         let rpy = self.rpy(model);
         model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy))
     }
 }
 
-/// What was found of the unknowns of a request.
+/// Results for the unknowns of a request.
 pub(crate) struct Unknowns {
-    /// The model whose base is mounted so, where the mount is one of them.
+    /// The model with the identified mount, where the mount is an unknown.
     pub model: Option<Model>,
-    /// The request that holds the others, without unknowns.
+    /// The request with the other unknowns in its options, and no unknowns left.
     pub request: SamplesRequest,
     /// The last step.
-    pub steps: Vec<Step>,
-    /// Whether the last step changed nothing.
+    pub steps: Vec<UnknownStep>,
+    /// Whether the last step was negligible.
     pub is_settled: bool,
     /// A sentence on each kind.
     pub remarks: Vec<String>,
@@ -192,10 +194,10 @@ impl Unknowns {
     ///
     /// Fails where a log cannot be read, and for robots of more than 12 coordinates.
     pub(crate) fn find(model: &Model, logs: &[LogSource], request: &SamplesRequest) -> Result<Unknowns, Error> {
-        let turns = request.unknowns.contains(&Unknown::Mount);
+        let turns = request.unknowns.contains(&UnknownKind::Mount);
         let mut guess = Guess::of(model, request);
         if turns {
-            // A step is good for small turns: a base that hangs begins where gravity points by the description's bodies.
+            // A step holds for small rotations: the guess starts at the direction of gravity that the described bodies give.
             let mut options = guess.request(request).options();
             drive_gains(model, logs, &request.gain, &mut options)?;
             let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -221,53 +223,54 @@ fn one_step(
     request: &SamplesRequest,
     zeros: &[f64],
     is_wanted: &dyn Fn(&Hypothesis) -> bool,
-) -> Result<Vec<Step>, Error> {
-    let asked = Asked { logs, request, kept: Kept::All };
-    let end = |mut tried: Tried<'_>| {
+) -> Result<Vec<UnknownStep>, Error> {
+    let asked = FitQuestion { logs, request, kept: KeptParameters::All };
+    let end = |mut tried: TriedVariant<'_>| {
         let (model, options) = (tried.model, tried.options.clone());
         let linear = options.linear_model(model.regressor());
         let looked = tried.looked()?;
         let fit = looked.fit(model, logs)?;
-        let look = |open: Open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted);
-        Ok(with_open(model, Some(&fit.solution.x), look)?)
+        let look = |open: UndeterminedMechanics| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted);
+        Ok(with_undetermined(model, Some(&fit.solution.x), look)?)
     };
     Ok(search(model, asked, request.options(), &BEFORE_THE_FIT, &end)?.end)
 }
 
-fn kind(of: &Hypothesis) -> Option<Unknown> {
+fn kind(of: &Hypothesis) -> Option<UnknownKind> {
     match of {
-        Hypothesis::Zero(_) => Some(Unknown::Zeros),
-        Hypothesis::Scale(_) => Some(Unknown::Scales),
-        Hypothesis::Spring(_) => Some(Unknown::Springs),
-        Hypothesis::Mount(_) => Some(Unknown::Mount),
+        Hypothesis::Zero(_) => Some(UnknownKind::Zeros),
+        Hypothesis::Scale(_) => Some(UnknownKind::Scales),
+        Hypothesis::Spring(_) => Some(UnknownKind::Springs),
+        Hypothesis::Mount(_) => Some(UnknownKind::Mount),
         _ => None,
     }
 }
 
-/// A sentence on each kind: what was found, and what holds it.
-fn remarks(model: &Model, guess: &Guess, steps: &[Step], unknowns: &[Unknown]) -> Vec<String> {
-    let of_kind = |unknown: Unknown| {
-        // Of turns of gravity that are told the direction is shown.
-        let is_shown = |s: &&Step| kind(&s.of) == Some(unknown) && (unknown != Unknown::Mount || s.told.is_none());
+/// A sentence on each kind: the values found, and the option that sets them.
+fn remarks(model: &Model, guess: &Guess, steps: &[UnknownStep], unknowns: &[UnknownKind]) -> Vec<String> {
+    let of_kind = |unknown: UnknownKind| {
+        // Identifiable rotations of gravity are shown as a direction.
+        let is_shown = |s: &&UnknownStep| {
+            kind(&s.of) == Some(unknown) && (unknown != UnknownKind::Mount || s.identified.is_none())
+        };
         let mut shown: Vec<String> = steps.iter().filter(is_shown).map(|s| shown(model, guess, s)).collect();
         let holds = match unknown {
             _ if !steps.iter().any(|s| kind(&s.of) == Some(unknown)) => None,
-            Unknown::Mount => {
+            UnknownKind::Mount => {
                 shown.insert(0, direction(model, guess, steps));
                 Some(mounted(guess.rpy(model)))
             }
-            Unknown::Zeros => Some(option("offsets", &guess.zeros)),
-            Unknown::Scales => Some(option("scales", &guess.scales)),
-            Unknown::Springs if guess.springs.iter().all(|k| *k == 0.0) => None,
-            Unknown::Springs => Some(option("springs", &guess.springs)),
+            UnknownKind::Zeros => Some(option("offsets", &guess.zeros)),
+            UnknownKind::Scales => Some(option("scales", &guess.scales)),
+            UnknownKind::Springs if guess.springs.iter().all(|k| *k == 0.0) => None,
+            UnknownKind::Springs => Some(option("springs", &guess.springs)),
         };
         let no_springs: Vec<&str> = guess.no_springs.iter().map(|(_, spring)| spring.as_str()).collect();
-        let not_taken =
-            format!("not taken, because less than {FOUND_FAULT_SIGMAS} deviations: {}", no_springs.join(", "));
-        let not_taken = Some(not_taken).filter(|_| unknown == Unknown::Springs && !no_springs.is_empty());
+        let not_taken = format!("not taken, because below {FOUND_FAULT_SIGMAS} sigma: {}", no_springs.join(", "));
+        let not_taken = Some(not_taken).filter(|_| unknown == UnknownKind::Springs && !no_springs.is_empty());
         let parts = [shown.join(", ")].into_iter().chain(holds).chain(not_taken).filter(|part| !part.is_empty());
         match parts.collect::<Vec<_>>().join("; ") {
-            none if none.is_empty() => format!("{}: this robot has none that a log tells", unknown.word()),
+            none if none.is_empty() => format!("{}: this robot has none that a log identifies", unknown.word()),
             parts => format!("{}: {parts}", unknown.word()),
         }
     };
@@ -280,12 +283,12 @@ fn option(name: &str, values: &[f64]) -> String {
 }
 
 /// `gravity along (-0.02, 1.00, 0.05) of the base +- 0.13 deg: roll 87.1 deg, pitch 1.2 deg`.
-fn direction(model: &Model, guess: &Guess, steps: &[Step]) -> String {
+fn direction(model: &Model, guess: &Guess, steps: &[UnknownStep]) -> String {
     let along: Vec<String> = guess.gravity.normalize().iter().map(|x| format!("{x:.3}")).collect();
     let of_mount = steps.iter().filter(|step| matches!(step.of, Hypothesis::Mount(_)));
-    // Where a turn cannot be told, no deviation of the direction is known.
+    // Where a rotation is not identifiable, the standard deviation of the direction is not known.
     let squares: Option<Vec<f64>> =
-        of_mount.map(|step| step.told.map(|(_, deviation)| deviation * deviation)).collect();
+        of_mount.map(|step| step.identified.map(|(_, deviation)| deviation * deviation)).collect();
     let deviation = squares.map_or(String::new(), |squares| {
         format!(" +- {} deg", significant(squares.iter().sum::<f64>().sqrt().to_degrees()))
     });
@@ -294,7 +297,7 @@ fn direction(model: &Model, guess: &Guess, steps: &[Step]) -> String {
 }
 
 /// `q2 6.82 deg +- 0.13 deg`.
-fn shown(model: &Model, guess: &Guess, step: &Step) -> String {
+fn shown(model: &Model, guess: &Guess, step: &UnknownStep) -> String {
     let name = |k: usize| model.regressor().coordinates()[k].clone();
     let stiffness = |k: usize| if model.regressor().is_prismatic(k) { "N/m" } else { "N m/rad" };
     let (what, value, factor, unit) = match step.of {
@@ -304,15 +307,15 @@ fn shown(model: &Model, guess: &Guess, step: &Step) -> String {
         Hypothesis::Mount(axis) => (format!("its turn about {} of the base", ["x", "y", "z"][axis]), 0.0, 1.0, "deg"),
         _ => (String::new(), 0.0, 1.0, ""),
     };
-    match step.told {
+    match step.identified {
         Some(_) if step.is_prior => {
             let held = significant(ZERO_PRIOR_RAD.to_degrees());
-            format!("{what} cannot be told and is held to what it was, within {held} {unit}")
+            format!("{what} is not identifiable and stays within {held} {unit} of what it was")
         }
         Some((_, deviation)) => {
             let text = format!("{what} {} +- {} {unit}", significant(value), significant(factor * deviation));
             text.trim_end().to_string()
         }
-        None => format!("{what} cannot be told and stays as it was"),
+        None => format!("{what} is not identifiable and stays as it was"),
     }
 }

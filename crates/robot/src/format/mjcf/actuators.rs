@@ -1,34 +1,34 @@
-//! `<actuator>`: which joints are driven, by which gear, and how strongly.
+//! `<actuator>`: the driven joints, their gears and largest efforts.
 //!
 //! With gear g, `armature` J (kg m^2) and `damping` d (N m s/rad) an actuator adds g^2 J to the rotor inertia of its joint and
 //! g^2 d to its viscous friction, as in MuJoCo.
 
 use super::defaults::{Defaults, View};
-use super::element::Element;
+use super::element::MjcfElement;
 use super::joints::{MjcfJoint, POLYNOMIAL_DAMPING};
 use crate::error::Error;
 use crate::format::shown::shown;
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// What drives a joint.
+/// The drive of a joint.
 #[derive(Clone, Debug)]
-pub(super) struct Drives {
+pub(super) struct MjcfActuator {
     pub is_driven: bool,
     /// Angle of the actuator per angle of the joint.
     pub gear: f64,
-    /// The most that the actuators bring to the joint, N m or N.
+    /// Largest effort of the actuators on the joint, N m or N.
     pub effort: Option<f64>,
 }
 
-/// The drives of the joints, in their order; the joints take up the rotors and dampers of theirs.
+/// The drives of the joints, in their order. Adds the armature and damping of the actuators to the joints.
 pub(super) fn drives(
-    root: &Element,
+    root: &MjcfElement,
     defaults: &Defaults,
     joints: &mut [MjcfJoint],
     notes: &mut Vec<Note>,
-) -> Result<Vec<Drives>, Error> {
-    let mut drives = vec![Drives { is_driven: false, gear: 1.0, effort: None }; joints.len()];
+) -> Result<Vec<MjcfActuator>, Error> {
+    let mut drives = vec![MjcfActuator { is_driven: false, gear: 1.0, effort: None }; joints.len()];
     for element in root.children("actuator").flat_map(|actuators| &actuators.children) {
         let view = defaults.view(element, None)?;
         let armature = view.number("armature")?.unwrap_or(0.0);
@@ -46,7 +46,7 @@ pub(super) fn drives(
                     shown(name)
                 )));
             }
-            // A free joint is driven by nobody's measured torque.
+            // No measured torque drives a free joint.
             if armature != 0.0 || damping.iter().any(|d| *d != 0.0) {
                 left_out("moves no hinge and no slide: its `armature` and `damping` are not read");
             }
@@ -73,8 +73,8 @@ pub(super) fn drives(
     Ok(drives)
 }
 
-/// A note on gears other than one, of the joints that are coordinates: the line that says them of a log of the motors.
-pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a Drives)>) -> Option<Note> {
+/// A note on gears other than one, of the joints that are coordinates, with the line for a log of motor positions and torques.
+pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a MjcfActuator)>) -> Option<Note> {
     let all: Vec<(&str, f64)> = coordinates.map(|(name, drives)| (name, drives.gear)).collect();
     let geared: Vec<String> =
         all.iter().filter(|(_, gear)| *gear != 1.0).map(|(name, gear)| format!("{name} {gear}")).collect();
@@ -88,7 +88,7 @@ pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a Drives)>
     (!geared.is_empty()).then(|| Note { subject: "actuators".into(), text })
 }
 
-/// The most that an actuator brings to its joint.
+/// The largest effort of an actuator on its joint, N m or N; `None` where it has no limit.
 fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
     let within = |range: &str, limited: &str| -> Result<Option<f64>, Error> {
         let given = view.vector::<2>(range)?.filter(|[low, high]| low < high);
@@ -106,7 +106,7 @@ fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
 }
 
 /// Whether any element of the world is a joint of this name.
-fn root_has_joint(element: &Element, name: &str) -> bool {
-    let is_it = |e: &Element| ["joint", "freejoint"].contains(&e.tag.as_str()) && e.attribute("name") == Some(name);
+fn root_has_joint(element: &MjcfElement, name: &str) -> bool {
+    let is_it = |e: &MjcfElement| ["joint", "freejoint"].contains(&e.tag.as_str()) && e.attribute("name") == Some(name);
     element.children.iter().filter(|e| e.tag != "actuator").any(|e| is_it(e) || root_has_joint(e, name))
 }

@@ -1,12 +1,12 @@
-//! The bodies of a model, each with its place in the one that carries it, its joints, shapes and inertial.
+//! The bodies of a model, each with its pose in its parent, its joints, shapes and inertial.
 //!
-//! A `<frame>` moves what stands in it and is no body. The world is the first body; the others follow depth first, in
-//! the order of the file, which is that of MuJoCo's coordinates.
+//! A `<frame>` moves the elements in it and is no body. The world is the first body; the others follow depth first, in
+//! the order of the file, which is also the order of MuJoCo's coordinates.
 
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
-use super::element::Element;
-use super::inertials::Shape;
+use super::element::MjcfElement;
+use super::inertials::MjcfShape;
 use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
 use crate::format::shown::shown;
@@ -14,28 +14,28 @@ use crate::inertial::Pose;
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
-/// A body as the file has it.
-pub(super) struct Body<'a> {
+/// A body of the file.
+pub(super) struct MjcfBody<'a> {
     pub name: String,
-    pub element: &'a Element,
-    /// `None` of the world.
+    pub element: &'a MjcfElement,
+    /// The index of the parent; `None` for the world.
     pub parent: Option<usize>,
-    /// Its frame in that of its parent, where its joints stand as in the file.
+    /// The pose of its frame in the parent's frame, at the joint positions of the file.
     pub pose: Pose,
-    /// Each with the frame around it, in the body.
+    /// The joints, each with the pose of the `<frame>` around it in the body.
     pub joints: Vec<(View<'a>, Pose)>,
     pub inertial: Option<View<'a>>,
-    pub shapes: Vec<Shape<'a>>,
+    pub shapes: Vec<MjcfShape<'a>>,
     /// The sites on it, by name.
     pub sites: Vec<(String, Pose)>,
 }
 
-/// What may stand in a body.
+/// The elements that a body may contain.
 const CHILDREN: [&str; 10] =
     ["body", "frame", "joint", "freejoint", "inertial", "geom", "site", "camera", "light", "plugin"];
-/// What makes bodies out of other files or by rules.
+/// Elements that create bodies from other files or by rules.
 const MAKERS: [&str; 4] = ["attach", "replicate", "composite", "flexcomp"];
-/// The attributes of the elements that are read, to find those that are misspelt.
+/// The attributes of the elements that are read, to find misspelt attributes.
 const ATTRIBUTES: [(&str, &str); 4] = [
     ("body", "name childclass pos quat axisangle euler xyaxes zaxis mocap gravcomp user sleep"),
     ("inertial", "pos quat axisangle euler xyaxes zaxis mass diaginertia fullinertia"),
@@ -50,14 +50,14 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 
 /// The bodies of all `<worldbody>` elements.
 pub(super) fn bodies<'a>(
-    root: &'a Element,
+    root: &'a MjcfElement,
     defaults: &'a Defaults,
     compiler: &'a Compiler,
     snapped: &mut Vec<Note>,
-) -> Result<Vec<Body<'a>>, Error> {
-    let mut walk = Walk { defaults, compiler, snapped, bodies: Vec::new() };
+) -> Result<Vec<MjcfBody<'a>>, Error> {
+    let mut walk = BodyWalk { defaults, compiler, snapped, bodies: Vec::new() };
     let world = root.children("worldbody").next().unwrap_or(root);
-    walk.bodies.push(Body::new("world".into(), world, None, Pose::IDENTITY));
+    walk.bodies.push(MjcfBody::new("world".into(), world, None, Pose::IDENTITY));
     for worldbody in root.children("worldbody") {
         walk.inside(worldbody, 0, worldbody.attribute("childclass"), &Pose::IDENTITY)?;
     }
@@ -67,22 +67,28 @@ pub(super) fn bodies<'a>(
     Ok(walk.bodies)
 }
 
-impl<'a> Body<'a> {
-    fn new(name: String, element: &'a Element, parent: Option<usize>, pose: Pose) -> Body<'a> {
-        Body { name, element, parent, pose, joints: vec![], inertial: None, shapes: vec![], sites: vec![] }
+impl<'a> MjcfBody<'a> {
+    fn new(name: String, element: &'a MjcfElement, parent: Option<usize>, pose: Pose) -> MjcfBody<'a> {
+        MjcfBody { name, element, parent, pose, joints: vec![], inertial: None, shapes: vec![], sites: vec![] }
     }
 }
 
-struct Walk<'a, 'n> {
+struct BodyWalk<'a, 'n> {
     defaults: &'a Defaults,
     compiler: &'a Compiler,
     snapped: &'n mut Vec<Note>,
-    bodies: Vec<Body<'a>>,
+    bodies: Vec<MjcfBody<'a>>,
 }
 
-impl<'a> Walk<'a, '_> {
-    /// Takes what stands in an element: a body, or a `<frame>` with its place in the body.
-    fn inside(&mut self, element: &'a Element, body: usize, class: Option<&'a str>, frame: &Pose) -> Result<(), Error> {
+impl<'a> BodyWalk<'a, '_> {
+    /// Reads the children of an element: of a body, or of a `<frame>` with the pose `frame` in the body.
+    fn inside(
+        &mut self,
+        element: &'a MjcfElement,
+        body: usize,
+        class: Option<&'a str>,
+        frame: &Pose,
+    ) -> Result<(), Error> {
         for child in &element.children {
             check_attributes(child)?;
             let view = self.defaults.view(child, class);
@@ -99,7 +105,7 @@ impl<'a> Walk<'a, '_> {
                 }
                 "inertial" => self.bodies[body].inertial = Some(View::bare(child)),
                 "geom" => {
-                    let shape = Shape::new(view?, frame, self.compiler, self.snapped)?;
+                    let shape = MjcfShape::new(view?, frame, self.compiler, self.snapped)?;
                     self.bodies[body].shapes.push(shape);
                 }
                 "site" => {
@@ -125,7 +131,13 @@ impl<'a> Walk<'a, '_> {
         Ok(())
     }
 
-    fn body(&mut self, element: &'a Element, parent: usize, class: Option<&'a str>, frame: &Pose) -> Result<(), Error> {
+    fn body(
+        &mut self,
+        element: &'a MjcfElement,
+        parent: usize,
+        class: Option<&'a str>,
+        frame: &Pose,
+    ) -> Result<(), Error> {
         if self.bodies.len() > MAX_LINKS {
             return Err(element.error(format!("more than {MAX_LINKS} bodies are no robot")));
         }
@@ -138,7 +150,7 @@ impl<'a> Walk<'a, '_> {
             return Err(element.error(format!("body `{}` stands twice, first on line {line}", shown(&name))));
         }
         let pose = frame.compose(&self.placed(View::bare(element))?);
-        self.bodies.push(Body::new(name, element, Some(parent), pose));
+        self.bodies.push(MjcfBody::new(name, element, Some(parent), pose));
         let own = self.bodies.len() - 1;
         self.inside(element, own, element.attribute("childclass").or(class), &Pose::IDENTITY)
     }
@@ -149,8 +161,8 @@ impl<'a> Walk<'a, '_> {
     }
 }
 
-/// Refuses a misspelt attribute: what nobody reads changes nothing, and is missed.
-fn check_attributes(element: &Element) -> Result<(), Error> {
+/// Refuses a misspelt attribute, which would be ignored without notice.
+fn check_attributes(element: &MjcfElement) -> Result<(), Error> {
     let Some((_, known)) = ATTRIBUTES.iter().find(|e| e.0 == element.tag) else { return Ok(()) };
     let known = || known.split_whitespace();
     for (name, _) in &element.attributes {

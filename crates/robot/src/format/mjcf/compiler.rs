@@ -1,34 +1,41 @@
-//! `<compiler>`: how the numbers of a model are meant; and orientations, which depend on it.
+//! `<compiler>`: units and interpretation of the numbers of a model; and orientations, which depend on it.
 
 use std::f64::consts::PI;
 
 use super::defaults::{ORIENTATIONS, View};
-use super::element::Element;
-use crate::angle_snap::{self, Angles};
+use super::element::MjcfElement;
+use crate::angle_snap::{self, AngleSnapping};
 use crate::error::Error;
 use crate::kinematics::sin_cos;
 use crate::robot::Note;
 use crate::vector::{Matrix3, Vector3, cross, dot, norm, plus_scaled, product, rotation_by, scaled};
 
-/// Where the inertia of a body comes from.
+/// Whether the inertia of a body is computed from its shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum InertiaFromGeom {
     Never,
     Always,
-    /// Where the body has no `<inertial>`.
+    /// Only where the body has no `<inertial>`.
     Auto,
 }
 
-/// What the `<compiler>` elements say together.
+/// A quaternion with a smaller square of its norm has no direction.
+const SMALLEST_QUATERNION_SQUARE: f64 = 1e-20;
+/// A vector with a smaller norm has no direction.
+const SMALLEST_DIRECTION_NORM: f64 = 1e-9;
+/// Two directions with a smaller sine of the angle between them count as parallel.
+const PARALLEL_SINE: f64 = 1e-10;
+
+/// The merged values of all `<compiler>` elements.
 #[derive(Clone, Debug)]
 pub(super) struct Compiler {
-    pub angles: Angles,
+    pub angles: AngleSnapping,
     degrees: bool,
-    /// Three of x y z (about the turned axes) and X Y Z (about those of the parent).
+    /// Three of x y z (about the turned axes) and X Y Z (about the axes of the parent).
     euler: [char; 3],
-    pub limits_are_told_by_ranges: bool,
+    pub ranges_are_limits: bool,
     pub inertia_from_geom: InertiaFromGeom,
-    /// Lowest and highest group of the shapes that weigh.
+    /// Lowest and highest group of the shapes that contribute to the mass.
     pub groups: (f64, f64),
     pub least_mass: f64,
     pub least_inertia: f64,
@@ -39,12 +46,12 @@ pub(super) struct Compiler {
 }
 
 impl Compiler {
-    pub(super) fn new(root: &Element, angles: Angles) -> Result<Compiler, Error> {
+    pub(super) fn new(root: &MjcfElement, angles: AngleSnapping) -> Result<Compiler, Error> {
         let mut compiler = Compiler {
             angles,
             degrees: true,
             euler: ['x', 'y', 'z'],
-            limits_are_told_by_ranges: true,
+            ranges_are_limits: true,
             inertia_from_geom: InertiaFromGeom::Auto,
             groups: (0.0, 5.0),
             least_mass: 0.0,
@@ -60,7 +67,7 @@ impl Compiler {
         Ok(compiler)
     }
 
-    /// A later element has the last word.
+    /// Reads one element; its values replace the values of earlier elements.
     fn take(&mut self, view: View) -> Result<(), Error> {
         if view.choice("coordinate", &["local", "global"])? == Some(1) {
             let message = "`coordinate=\"global\"` is not read, nor by MuJoCo since 2.3.4: save the model with an older \
@@ -80,7 +87,7 @@ impl Compiler {
         if let Some(which) = view.choice("inertiafromgeom", &["false", "true", "auto"])? {
             self.inertia_from_geom = [InertiaFromGeom::Never, InertiaFromGeom::Always, InertiaFromGeom::Auto][which];
         }
-        self.limits_are_told_by_ranges = view.flag("autolimits")?.unwrap_or(self.limits_are_told_by_ranges);
+        self.ranges_are_limits = view.flag("autolimits")?.unwrap_or(self.ranges_are_limits);
         self.balances = view.flag("balanceinertia")?.unwrap_or(self.balances);
         self.strips_path = view.flag("strippath")?.unwrap_or(self.strips_path);
         if let Some([low, high]) = view.vector("inertiagrouprange")? {
@@ -102,7 +109,7 @@ impl Compiler {
         if self.degrees { angle * PI / 180.0 } else { angle }
     }
 
-    /// An angle of a frame, with the sine and cosine that were meant.
+    /// Sine and cosine of an angle of a frame, exact for a rounded multiple of pi.
     fn turn(&self, view: View, angle: f64, snapped: &mut Vec<Note>) -> (f64, f64) {
         let given = self.angle(angle);
         let taken = angle_snap::given_angle(given, self.angles);
@@ -110,7 +117,7 @@ impl Compiler {
         sin_cos(&taken, &[])
     }
 
-    /// The orientation of an element in what it stands in.
+    /// The orientation of an element in its parent. Fails where two forms of it are given.
     pub(super) fn orientation(&self, view: View, snapped: &mut Vec<Note>) -> Result<Matrix3, Error> {
         let own = |name: &&str| view.element.attribute(name).is_some();
         let mut given = ORIENTATIONS.iter().filter(|name| own(name));
@@ -149,16 +156,16 @@ impl Compiler {
             };
             let axis = [0, 1, 2].map(|i| if i == k { 1.0 } else { 0.0 });
             let turn = rotation_by(axis, self.turn(view, angle, snapped));
-            // A small letter turns about the axis as it stands by then, a capital about that of the parent.
+            // A small letter turns about the axis after the turns before, a capital about the axis of the parent.
             rotation = if letter.is_lowercase() { product(&rotation, &turn) } else { product(&turn, &rotation) };
         }
         rotation
     }
 
-    /// The rotation of a quaternion w x y z, of any length but zero.
+    /// The rotation of a quaternion w x y z of any norm except zero.
     pub(super) fn quaternion(&self, view: View, [w, x, y, z]: [f64; 4]) -> Result<Matrix3, Error> {
         let length = dot([x, y, z], [x, y, z]) + w * w;
-        if length < 1e-20 {
+        if length < SMALLEST_QUATERNION_SQUARE {
             return Err(view
                 .element
                 .error(format!("`quat` of {} is zero: it has no direction", view.element.called())));
@@ -175,7 +182,7 @@ impl Compiler {
 /// The unit vector of a direction.
 pub(super) fn direction(view: View, name: &str, vector: Vector3) -> Result<Vector3, Error> {
     let length = norm(vector);
-    if length < 1e-9 {
+    if length < SMALLEST_DIRECTION_NORM {
         return Err(view.element.error(format!("`{name}` of {} names no direction", view.element.called())));
     }
     Ok(scaled(vector, 1.0 / length))
@@ -185,8 +192,8 @@ pub(super) fn direction(view: View, name: &str, vector: Vector3) -> Result<Vecto
 pub(super) fn to_z(z: Vector3) -> Matrix3 {
     let across = cross([0.0, 0.0, 1.0], z);
     let sine = norm(across);
-    // Opposite directions leave the axis free; MuJoCo turns about x.
-    let axis = if sine < 1e-10 { [1.0, 0.0, 0.0] } else { scaled(across, 1.0 / sine) };
-    let sine = if sine < 1e-10 { 0.0 } else { sine };
+    // For opposite directions the axis is arbitrary; MuJoCo turns about x.
+    let axis = if sine < PARALLEL_SINE { [1.0, 0.0, 0.0] } else { scaled(across, 1.0 / sine) };
+    let sine = if sine < PARALLEL_SINE { 0.0 } else { sine };
     rotation_by(axis, (sine, z[2]))
 }

@@ -1,16 +1,16 @@
-//! `<default>` classes: what an element has where it does not say it.
+//! `<default>` classes: the attributes that an element does not have itself.
 //!
-//! A class has what the class around it has, and its own words instead. An element takes its `class`, or the nearest
-//! `childclass` above it, or the class `main`.
+//! A class inherits the attributes of the class around it and replaces some of them. An element takes its `class`, or the
+//! nearest `childclass` above it, or the class `main`.
 
 use std::collections::BTreeMap;
 
-use super::element::Element;
+use super::element::MjcfElement;
 use crate::error::Error;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// Attributes that turn an element: one of them stands for all.
+/// Attributes with the orientation of an element: any of them replaces the others.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
 type Attributes = BTreeMap<String, String>;
@@ -20,10 +20,10 @@ pub(super) struct Defaults {
     classes: BTreeMap<String, BTreeMap<&'static str, Attributes>>,
 }
 
-/// The class of what has none.
+/// The class of an element without a class.
 const MAIN: &str = "main";
 
-/// Elements that share the defaults of one kind.
+/// The kind of an element: elements of one kind share their defaults. `None` for an element without defaults.
 fn kind(tag: &str) -> Option<&'static str> {
     const ACTUATORS: &str = "general motor position velocity intvelocity pid damper cylinder muscle adhesion dcmotor";
     match tag {
@@ -37,10 +37,10 @@ fn kind(tag: &str) -> Option<&'static str> {
 }
 
 impl Defaults {
-    pub(super) fn new(root: &Element) -> Result<Defaults, Error> {
+    pub(super) fn new(root: &MjcfElement) -> Result<Defaults, Error> {
         let mut defaults = Defaults { classes: BTreeMap::from([(MAIN.to_string(), BTreeMap::new())]) };
         for element in root.children("default") {
-            // The outermost class may have a name of its own, by which elements know it as well.
+            // The outermost class is `main` and may have a second name, which elements can also use.
             let name = element.attribute("class").unwrap_or(MAIN).to_string();
             defaults.class(element, MAIN)?;
             let main = defaults.classes.get(MAIN).cloned().unwrap_or_default();
@@ -49,8 +49,8 @@ impl Defaults {
         Ok(defaults)
     }
 
-    /// Takes the words of a `<default>` into a class, then those of the classes in it.
-    fn class(&mut self, element: &Element, name: &str) -> Result<(), Error> {
+    /// Adds the attributes of a `<default>` to a class, then reads the classes inside it.
+    fn class(&mut self, element: &MjcfElement, name: &str) -> Result<(), Error> {
         let mut attributes = self.classes.get(name).cloned().unwrap_or_default();
         for child in element.children.iter().filter(|child| child.tag != "default") {
             let Some(kind) = kind(&child.tag) else { continue };
@@ -69,8 +69,8 @@ impl Defaults {
         Ok(())
     }
 
-    /// An element with what its class gives; `inherited`: the nearest `childclass`.
-    pub(super) fn view<'a>(&'a self, element: &'a Element, inherited: Option<&'a str>) -> Result<View<'a>, Error> {
+    /// An element with the defaults of its class; `inherited`: the nearest `childclass`.
+    pub(super) fn view<'a>(&'a self, element: &'a MjcfElement, inherited: Option<&'a str>) -> Result<View<'a>, Error> {
         let class = element.attribute("class").or(inherited).unwrap_or(MAIN);
         let Some(kinds) = self.classes.get(class) else {
             let meant = did_you_mean(class, self.classes.keys().map(String::as_str));
@@ -83,19 +83,19 @@ impl Defaults {
 /// An element with its defaults.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
-    pub element: &'a Element,
+    pub element: &'a MjcfElement,
     default: Option<&'a Attributes>,
 }
 
 impl<'a> View<'a> {
-    /// An element that takes no defaults.
-    pub(super) fn bare(element: &'a Element) -> View<'a> {
+    /// An element without defaults.
+    pub(super) fn bare(element: &'a MjcfElement) -> View<'a> {
         View { element, default: None }
     }
 
     pub(super) fn get(&self, name: &str) -> Option<&'a str> {
         let own = self.element.attribute(name);
-        // What the element says of its orientation stands for all that its class says.
+        // An orientation of the element itself replaces every orientation of its class.
         let has_own = || self.element.attributes.iter().any(|a| ORIENTATIONS.contains(&a.0.as_str()));
         if own.is_none() && ORIENTATIONS.contains(&name) && has_own() {
             return None;

@@ -1,7 +1,7 @@
 //! The elements of an MJCF and of the files that it includes, with their places.
 //!
-//! An included file is looked for in the folder of the description, then in that of the file that includes it, and
-//! nowhere outside the folder of the description. It is read once, so that no circle and no tower of includes arises.
+//! An included file is searched in the folder of the description, then in the folder of the file that includes it, and
+//! nowhere outside the folder of the description. It is read only once, so that includes cannot repeat without end.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -9,38 +9,38 @@ use std::rc::Rc;
 use gate::source;
 
 use crate::error::{Error, Place};
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 
-/// Deeper nesting is no robot; the readers below descend by recursion.
-const MAX_DEPTH: usize = 300;
-/// Most bytes of all included files.
+/// Largest depth of nested elements, above the depth of any robot; the readers below descend by recursion.
+const MAX_ELEMENT_DEPTH: usize = 300;
+/// Largest total size of all included files, bytes.
 const MAX_INCLUDED_BYTES: u64 = 16 << 20;
-/// Most elements of a description and its included files.
+/// Largest number of elements of a description and its included files.
 const MAX_ELEMENTS: usize = 500_000;
 
-/// An element with its attributes and children; comments and text are left out.
+/// An element with its attributes and children, without comments and text.
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(super) struct MjcfElement {
     pub tag: String,
     pub attributes: Vec<(String, String)>,
-    pub children: Vec<Element>,
+    pub children: Vec<MjcfElement>,
     file: Rc<str>,
     line: usize,
     column: usize,
 }
 
-impl Element {
+impl MjcfElement {
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
     }
 
-    pub(super) fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Element> {
+    pub(super) fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a MjcfElement> {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
-    /// Whether the last `<flag>` that names a thing disables it.
+    /// Whether the last `<flag>` with the attribute `name` disables it.
     pub(super) fn disables(&self, name: &str) -> bool {
         let flags = self.children("option").flat_map(|option| option.children("flag"));
         flags.filter_map(|flag| flag.attribute(name)).last() == Some("disable")
@@ -64,11 +64,11 @@ impl Element {
     }
 }
 
-/// The root of a description, what it includes in the places of the includes.
+/// The root of a description, with included elements in the places of their includes.
 ///
-/// `folder`: that of the description; `None` where it has no place, so that nothing is included.
-pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<Element, Error> {
-    let mut reader = Reader { folder, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
+/// `folder`: the folder of the description; `None` for a text without a file, which cannot include others.
+pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<MjcfElement, Error> {
+    let mut reader = MjcfReader { folder, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
     let root = reader.file(text, file, folder, 0)?;
     if root.tag != "mujoco" {
         return Err(root.error(format!("an MJCF begins with <mujoco>, found <{}>", shown(&root.tag))));
@@ -76,22 +76,23 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<Elem
     Ok(root)
 }
 
-struct Reader<'a> {
+struct MjcfReader<'a> {
     folder: Option<&'a Path>,
     included: Vec<PathBuf>,
-    /// What may still be read.
+    /// Bytes of included files that may still be read.
     bytes: u64,
+    /// Elements that may still be read.
     elements: usize,
 }
 
-impl Reader<'_> {
-    fn file(&mut self, text: &str, file: &str, folder: Option<&Path>, depth: usize) -> Result<Element, Error> {
-        let document = document(Source { file }, text, "an MJCF")?;
+impl MjcfReader<'_> {
+    fn file(&mut self, text: &str, file: &str, folder: Option<&Path>, depth: usize) -> Result<MjcfElement, Error> {
+        let document = document(DescriptionFile { file }, text, "an MJCF")?;
         let mut found = Vec::new();
         self.element(document.root_element(), &Rc::from(file), folder, depth, &mut found)?;
         match found.pop() {
             Some(root) if found.is_empty() => Ok(root),
-            _ => Err(Source { file }.error(1, 0, "an <include> stands inside <mujoco>, not around it")),
+            _ => Err(DescriptionFile { file }.error(1, 0, "an <include> stands inside <mujoco>, not around it")),
         }
     }
 
@@ -101,10 +102,10 @@ impl Reader<'_> {
         file: &Rc<str>,
         folder: Option<&Path>,
         depth: usize,
-        siblings: &mut Vec<Element>,
+        siblings: &mut Vec<MjcfElement>,
     ) -> Result<(), Error> {
         let at = node.document().text_pos_at(node.range().start);
-        let mut element = Element {
+        let mut element = MjcfElement {
             tag: node.tag_name().name().to_string(),
             attributes: node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect(),
             children: Vec::new(),
@@ -112,8 +113,10 @@ impl Reader<'_> {
             line: at.row as usize,
             column: at.col as usize,
         };
-        if depth > MAX_DEPTH {
-            return Err(element.error(format!("elements stand {MAX_DEPTH} deep in each other: no robot is so deep")));
+        if depth > MAX_ELEMENT_DEPTH {
+            return Err(
+                element.error(format!("elements stand {MAX_ELEMENT_DEPTH} deep in each other: no robot is so deep"))
+            );
         }
         self.elements = self.elements.checked_sub(1).ok_or_else(|| {
             element.error(format!("more than {MAX_ELEMENTS} elements, with those of included files, are no robot"))
@@ -129,8 +132,13 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The elements that stand in the place of an `<include>`.
-    fn include(&mut self, element: &Element, folder: Option<&Path>, depth: usize) -> Result<Vec<Element>, Error> {
+    /// The elements that replace an `<include>`.
+    fn include(
+        &mut self,
+        element: &MjcfElement,
+        folder: Option<&Path>,
+        depth: usize,
+    ) -> Result<Vec<MjcfElement>, Error> {
         let name = element.attribute("file").unwrap_or("");
         let fail = |what: &str| element.error(format!("<include file=\"{}\">: {what}", shown(name)));
         let top = self.folder.ok_or_else(|| fail("what comes by standard input has no folder to include from"))?;
@@ -155,7 +163,7 @@ impl Reader<'_> {
     }
 }
 
-/// The path of a file that a description names, in one of two folders and not outside the first.
+/// The path of a file that a description names: in the folder `top` or `beside`, and not outside `top`.
 pub(super) fn inside(top: &Path, beside: &Path, name: &str) -> Result<PathBuf, String> {
     let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
     let (top, beside) = (folder(top), folder(beside));

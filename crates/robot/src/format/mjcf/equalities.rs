@@ -1,15 +1,15 @@
-//! `<equality>`: joints that follow others, and points of two bodies that stay together.
+//! `<equality>`: joints that follow other joints, and points of two bodies that coincide.
 //!
-//! A `<joint>` of first order is a joint that follows: q_1 - ref_1 = a_0 + a_1 (q_2 - ref_2). A `<connect>` between links
-//! that move in one plane is a hinge across it, and closes a loop whose undriven joints are passive: three equations of a
-//! plane for two of them and the turn of the hinge itself. Whatever else is stated is named in a note, and the robot is
-//! taken cut open there.
+//! A `<joint>` of first order is a following joint: q_1 - ref_1 = a_0 + a_1 (q_2 - ref_2). A `<connect>` between links
+//! that move in one plane is a hinge normal to it. It closes a loop with passive joints: the three equations of a
+//! plane determine two undriven joints and the angle of the hinge itself. All other equalities get a note, and the robot is
+//! read without them.
 
-use super::actuators::Drives;
-use super::bodies::Body;
+use super::actuators::MjcfActuator;
+use super::bodies::MjcfBody;
 use super::compiler::to_z;
 use super::defaults::{Defaults, View};
-use super::element::Element;
+use super::element::MjcfElement;
 use super::joints::Moved;
 use crate::error::Error;
 use crate::format::follows::{Follows, resolved};
@@ -21,29 +21,29 @@ use crate::robot::Note;
 use crate::vector::{Vector3, cross, dot, norm, turned};
 use gate::suggestion::did_you_mean;
 
-/// Sine of the angle between axes of one plane's normal.
+/// Largest sine of the angle between parallel axes; largest cosine between perpendicular ones.
 const PARALLEL_SINE: f64 = 1e-6;
 
-/// What the equalities of a model say.
+/// The equalities of a model.
 pub(super) struct Equalities {
-    /// Of each joint.
+    /// The leader of each joint.
     pub follows: Vec<Follows>,
     pub loops: Vec<FileLoop>,
-    /// The joints that nothing but a loop moves.
+    /// The joints that only a loop moves.
     pub passive: Vec<usize>,
 }
 
 /// Reads `<equality>`.
 pub(super) fn equalities(
-    root: &Element,
+    root: &MjcfElement,
     defaults: &Defaults,
-    bodies: &[Body],
+    bodies: &[MjcfBody],
     moved: &Moved,
-    drives: &[Drives],
+    drives: &[MjcfActuator],
     mimic: Mimic,
     notes: &mut Vec<Note>,
 ) -> Result<Equalities, Error> {
-    // Behind the joints stands one that never moves, for those that are held.
+    // An additional last joint never moves: it is the leader of locked joints.
     let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
     let mut connects = Vec::new();
     let is_off = ["equality", "constraint"].into_iter().find(|flag| root.disables(flag));
@@ -78,7 +78,7 @@ pub(super) fn equalities(
     let name = |k: usize| moved.joints.get(k).map_or("", |joint| joint.name.as_str());
     let mut follows = resolved(&next, name).map_err(|(k, what)| moved.joints[k].view.element.error(what))?;
     for (follows, joint) in follows.iter_mut().zip(&moved.joints) {
-        // From the position of the joint to the turn from where the file has it.
+        // From the position of the joint to its displacement from the position in the file.
         follows.offset -= joint.reference;
     }
     let closing = Closing { bodies, moved, drives, follows: &follows };
@@ -86,7 +86,7 @@ pub(super) fn equalities(
     Ok(Equalities { follows, loops, passive })
 }
 
-/// The joint that an equality moves, and what it follows; `None` where that joint is not of the robot.
+/// The joint that an equality moves, and its leader. Fails where a joint is unknown or the relation is not affine.
 fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     let find = |key: &str| -> Result<Option<usize>, Error> {
         let Some(name) = view.get(key) else { return Ok(None) };
@@ -100,7 +100,7 @@ fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     let coefficients = view.numbers("polycoef", 1, 5)?.unwrap_or_default();
     let a = |k: usize| coefficients.get(k).copied().unwrap_or(if k == 1 { 1.0 } else { 0.0 });
     let Some(leader) = find("joint2")? else {
-        // Held where the polynomial begins.
+        // Locked at the constant term of the polynomial.
         let offset = moved.joints[follower].reference + a(0);
         return Ok(Some((follower, Follows { leader: moved.joints.len(), multiplier: 0.0, offset })));
     };
@@ -118,23 +118,23 @@ fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     Ok(Some((follower, Follows { leader, multiplier: a(1), offset: own + a(0) - a(1) * other })))
 }
 
-/// What closes the loops of a tree of joints.
+/// The data that close the loops of a tree of joints.
 struct Closing<'a, 'b> {
-    bodies: &'b [Body<'a>],
+    bodies: &'b [MjcfBody<'a>],
     moved: &'b Moved<'a>,
-    drives: &'b [Drives],
+    drives: &'b [MjcfActuator],
     follows: &'b [Follows],
 }
 
 /// A `<connect>` between links that move in one plane.
 struct Hinge {
     one: FileLoop,
-    /// The undriven joints around the loop, those nearest to the base first.
+    /// The undriven joints around the loop, starting nearest to the base.
     undriven: Vec<usize>,
 }
 
 impl Closing<'_, '_> {
-    /// The loops of all connects, and the joints that they leave to be solved for.
+    /// The loops of all connects, and their passive joints.
     fn loops(&self, connects: &[View], notes: &mut Vec<Note>) -> Result<(Vec<FileLoop>, Vec<usize>), Error> {
         let mut hinges = Vec::new();
         let mut open = Vec::new();
@@ -147,7 +147,7 @@ impl Closing<'_, '_> {
         let mut passive: Vec<usize> = hinges.iter().flat_map(|(hinge, _)| hinge.undriven.clone()).collect();
         passive.sort_unstable();
         passive.dedup();
-        // A loop of which nothing is driven is moved by its joint nearest to the base.
+        // In a single loop, two joints are passive; surplus undriven joints nearest to the base become coordinates.
         if let (1, Some(surplus)) = (hinges.len(), passive.len().checked_sub(2)) {
             passive.drain(..surplus);
         }
@@ -163,7 +163,7 @@ impl Closing<'_, '_> {
         Ok((hinges.into_iter().map(|(hinge, _)| hinge.one).collect(), passive))
     }
 
-    /// A connect as a hinge across the plane of its loop; `None` where there is no such plane.
+    /// A connect as a hinge normal to the plane of its loop; `None` where there is no such plane.
     fn hinge(&self, view: View) -> Result<Option<Hinge>, Error> {
         let Some(ends) = self.ends(view)? else { return Ok(None) };
         let above = ends.map(|(body, _)| self.above(body));
@@ -192,8 +192,8 @@ impl Closing<'_, '_> {
         Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
     }
 
-    /// The two bodies of a connect, each with the point in the base where the file has it; `None` where one of them is
-    /// not of the robot.
+    /// The two bodies of a connect, each with its point in the base frame at the joint positions of the file, m. `None` where
+    /// one of them is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
         let body = |key: &str| -> Result<usize, Error> {
@@ -206,7 +206,7 @@ impl Closing<'_, '_> {
         };
         let site = |key: &str| -> Result<(usize, Vector3), Error> {
             let name = view.get(key).unwrap_or("");
-            let on = |(b, body): (usize, &Body)| {
+            let on = |(b, body): (usize, &MjcfBody)| {
                 let site = body.sites.iter().find(|site| site.0 == name)?;
                 Some((b, self.body_pose(b).compose(&site.1).position))
             };
@@ -234,7 +234,7 @@ impl Closing<'_, '_> {
         joints
     }
 
-    /// The frame of a joint in the base, where the file has it.
+    /// The pose of a joint's frame in the base, at the joint positions of the file.
     fn joint_pose(&self, k: usize) -> Pose {
         let given = &self.moved.joints[k].given;
         given.antecedent.map_or(given.pose, |i| self.joint_pose(i).compose(&given.pose))

@@ -1,4 +1,4 @@
-//! What a body weighs: its `<inertial>`, or its shapes.
+//! The inertial parameters of a body: from its `<inertial>`, or from its shapes.
 
 use super::compiler::{Compiler, InertiaFromGeom};
 use super::defaults::View;
@@ -14,16 +14,16 @@ use crate::principal::principal_axes;
 use crate::robot::Note;
 use crate::vector::{Vector3, minus, norm, plus, product, scaled, transposed};
 
-/// A shape of a body, placed in its frame.
-pub(super) struct Shape<'a> {
+/// A shape of a body, with its pose in the body's frame.
+pub(super) struct MjcfShape<'a> {
     pub view: View<'a>,
     pub kind: &'static str,
     pub pose: Pose,
-    /// Halves, as MJCF has them.
+    /// Half lengths and radii as in MJCF, m.
     pub size: Vector3,
 }
 
-/// The kinds of `<geom>`, with how many sizes each needs.
+/// The kinds of `<geom>`, with the number of sizes that each needs.
 const KINDS: [(&str, usize); 9] = [
     ("sphere", 1),
     ("capsule", 2),
@@ -36,17 +36,19 @@ const KINDS: [(&str, usize); 9] = [
     ("sdf", 0),
 ];
 
-/// kg/m^3 of a shape that says neither mass nor density.
+/// Density of a shape without mass and density, kg/m^3.
 const WATER_DENSITY: f64 = 1000.0;
+/// Smallest distance of the two ends of `fromto`, m.
+const SMALLEST_FROMTO_M: f64 = 1e-12;
 
-impl<'a> Shape<'a> {
-    /// A `<geom>`; `frame`: that of the `<frame>` around it, in the body.
+impl<'a> MjcfShape<'a> {
+    /// A `<geom>`; `frame`: the pose of the `<frame>` around it in the body.
     pub(super) fn new(
         view: View<'a>,
         frame: &Pose,
         compiler: &Compiler,
         snapped: &mut Vec<Note>,
-    ) -> Result<Shape<'a>, Error> {
+    ) -> Result<MjcfShape<'a>, Error> {
         let words = KINDS.map(|k| k.0);
         let (kind, needed) = KINDS[view.choice("type", &words)?.unwrap_or(0)];
         let given = view.numbers("size", 1, 3)?.unwrap_or_default();
@@ -58,7 +60,7 @@ impl<'a> Shape<'a> {
             let (from, to) = ([ends[0], ends[1], ends[2]], [ends[3], ends[4], ends[5]]);
             let along = minus(from, to);
             let length = norm(along);
-            if length < 1e-12 {
+            if length < SMALLEST_FROMTO_M {
                 return Err(view.element.error(format!("`fromto` of {} has no length", view.element.called())));
             }
             own = Pose {
@@ -68,7 +70,7 @@ impl<'a> Shape<'a> {
             let half = length / 2.0;
             size = match kind {
                 "capsule" | "cylinder" => [size[0], half, 0.0],
-                // The breadth stands for the depth as well.
+                // The first size is both breadth and depth.
                 _ => [size[0], size[0], half],
             };
             has = has.max(if has > 0 { 3 } else { 0 });
@@ -77,10 +79,10 @@ impl<'a> Shape<'a> {
             let message = format!("{}: a {kind} has {needed} sizes above 0 in `size`", view.element.called());
             return Err(view.element.error(message));
         }
-        Ok(Shape { view, kind, pose: frame.compose(&own), size })
+        Ok(MjcfShape { view, kind, pose: frame.compose(&own), size })
     }
 
-    /// Its volume; `None` where it has none.
+    /// The volume of the shape; `None` where it has no volume. Fails where it cannot be computed.
     fn volume(&self, meshes: &Meshes) -> Result<Option<Volume>, String> {
         let [a, b, c] = self.size;
         if self.view.flag("shellinertia").map_err(|e| e.message)? == Some(true) && self.kind != "mesh" {
@@ -100,7 +102,7 @@ impl<'a> Shape<'a> {
         }))
     }
 
-    /// What it weighs; `None` where nothing.
+    /// The inertial of the shape; `None` where it has no mass.
     fn part(&self, meshes: &Meshes) -> Result<Option<Part>, Error> {
         let (mass, density) = (self.view.number("mass")?, self.view.number("density")?.unwrap_or(WATER_DENSITY));
         if mass == Some(0.0) || (mass.is_none() && density == 0.0) {
@@ -109,15 +111,15 @@ impl<'a> Shape<'a> {
         let called = self.view.element.called();
         let volume = self.volume(meshes).map_err(|what| {
             let remedy = "give the body an <inertial>, as mujoco.mj_saveLastXML writes one";
-            self.view
-                .element
-                .error(format!("the body weighs by its shapes, which cannot be told: {called}: {what}; {remedy}"))
+            self.view.element.error(format!(
+                "the mass of the body follows from its shapes, which cannot be computed: {called}: {what}; {remedy}"
+            ))
         })?;
         let Some(volume) = volume else { return Ok(None) };
         Ok(Some(volume.part(&self.pose, mass.map_or(density, |mass| mass / volume.volume))))
     }
 
-    /// The shape as what may collide; `None` where it never does.
+    /// The collision shape; `None` where the shape never collides.
     pub(super) fn collision(&self, body: &str, meshes: &Meshes) -> Result<Option<Collision>, Error> {
         let is_off = |name: &str| Ok::<bool, Error>(self.view.number(name)? == Some(0.0));
         if is_off("contype")? && is_off("conaffinity")? {
@@ -142,11 +144,11 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// What a body weighs; `None` where nothing says it.
+/// The inertial of a body; `None` where the file gives none.
 pub(super) fn part(
     name: &str,
     inertial: Option<View>,
-    shapes: &[Shape],
+    shapes: &[MjcfShape],
     compiler: &Compiler,
     meshes: &Meshes,
     snapped: &mut Vec<Note>,
@@ -164,7 +166,7 @@ pub(super) fn part(
         }
     }
     let part = match inertial {
-        // Where no shape weighs, MuJoCo keeps what the body says itself.
+        // Where no shape has a mass, MuJoCo keeps the <inertial> of the body.
         Some(inertial) if parts.is_empty() => Some(explicit(inertial, compiler, snapped)?),
         _ => sum(&parts).and_then(|x| Part::from_parameters(name.to_string(), &x, Pose::IDENTITY.rotation)),
     };
@@ -173,7 +175,7 @@ pub(super) fn part(
     Ok(Some(part).filter(|part| part.mass != 0.0 || part.inertia.iter().any(|i| *i != 0.0)))
 }
 
-/// An `<inertial>`.
+/// The inertial of an `<inertial>` element. Fails where it is incomplete or contradictory.
 fn explicit(view: View, compiler: &Compiler, snapped: &mut Vec<Note>) -> Result<Part, Error> {
     let require = |x: Option<f64>| x.ok_or_else(|| view.element.error("<inertial> has no `mass`"));
     let mass = require(view.number("mass")?)?;
@@ -201,7 +203,7 @@ fn explicit(view: View, compiler: &Compiler, snapped: &mut Vec<Note>) -> Result<
     Ok(Part { name: String::new(), pose: Pose { rotation, position }, mass, inertia })
 }
 
-/// The part as the bounds of `<compiler>` change it.
+/// The inertial after the bounds of `<compiler>`: least mass, least principal moments, balanced moments.
 fn bounded(mut part: Part, compiler: &Compiler) -> Part {
     part.mass = part.mass.max(compiler.least_mass);
     if compiler.least_inertia <= 0.0 && !compiler.balances {

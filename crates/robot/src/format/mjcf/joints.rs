@@ -1,14 +1,14 @@
 //! The joints of bodies: hinges and slides about points and axes of their body.
 //!
-//! Several joints of one body move it one after the other, the first from the outside: T = T_0 M_1(q_1) M_2(q_2) ...
-//! A link without a mass stands between each two. The position of a joint is counted from its `ref`.
+//! Several joints of one body are in series, the first one nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ...
+//! There is a massless link between each two of them. The position of a joint is counted from its `ref`.
 
-use super::bodies::Body;
+use super::bodies::MjcfBody;
 use super::compiler::{Compiler, direction};
 use super::defaults::View;
 use crate::angle_snap::{given_length, unit_axis};
 use crate::error::Error;
-use crate::format::reframe::Given;
+use crate::format::reframe::JointPlacement;
 use crate::format::shown::shown;
 use crate::inertial::Pose;
 use crate::robot::{Friction, Limits, Note, RotorInertia};
@@ -20,49 +20,49 @@ pub(super) struct MjcfJoint<'a> {
     pub view: View<'a>,
     /// The body that it moves.
     pub body: usize,
-    pub given: Given,
-    /// Its position where the file has its body, rad or m.
+    pub given: JointPlacement,
+    /// Its position (`ref`) at the body's pose in the file, rad or m.
     pub reference: f64,
     pub limits: Limits,
     pub friction: Friction,
     pub armature: f64,
 }
 
-/// What is said of a `damping` of several numbers.
+/// The note on a `damping` of several numbers.
 pub(super) const POLYNOMIAL_DAMPING: &str = "is damped by a polynomial of its speed; the first coefficient is read";
 
 /// The bodies in the frames of the joints that move them.
 pub(super) struct Moved<'a> {
-    /// Antecedents first, in the order of MuJoCo's coordinates.
+    /// The joints, antecedents first, in the order of MuJoCo's coordinates.
     pub joints: Vec<MjcfJoint<'a>>,
-    /// Of each body: the joint that carries it, and its frame in that of the joint; `None`: the base.
+    /// For each body the joint that carries it (`None`: the base), and the pose of its frame in the joint's frame.
     pub carriers: Vec<(Option<usize>, Pose)>,
     /// The body whose free joint is the floating base.
     pub floating: Option<usize>,
-    /// Whether a body is of the robot: a body that floats alone, and the world around a floating robot, are not.
+    /// Whether each body is part of the robot: a body that floats alone is not, nor is the world around a floating robot.
     pub is_part: Vec<bool>,
 }
 
-/// What a joint of a body is.
+/// The type of a joint of a body.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum MjcfJointType {
     Hinge,
     Slide,
     Ball,
     Free,
 }
 
-fn kind(view: View) -> Result<Kind, Error> {
+fn kind(view: View) -> Result<MjcfJointType, Error> {
     if view.element.tag == "freejoint" {
-        return Ok(Kind::Free);
+        return Ok(MjcfJointType::Free);
     }
     let which = view.choice("type", &["hinge", "slide", "ball", "free"])?.unwrap_or(0);
-    Ok([Kind::Hinge, Kind::Slide, Kind::Ball, Kind::Free][which])
+    Ok([MjcfJointType::Hinge, MjcfJointType::Slide, MjcfJointType::Ball, MjcfJointType::Free][which])
 }
 
-/// Orders the joints of the bodies. `floats`: whether the base is asked to float.
+/// The joints of the bodies. `floats`: whether a floating base was requested.
 pub(super) fn moved<'a>(
-    bodies: &[Body<'a>],
+    bodies: &[MjcfBody<'a>],
     compiler: &Compiler,
     floats: bool,
     notes: &mut Vec<Note>,
@@ -80,7 +80,7 @@ pub(super) fn moved<'a>(
         place.rotation = crate::angle_snap::exact(&place.rotation);
         for (view, frame) in &body.joints {
             let joint = joint(*view, frame, b, (carrier, place), body, compiler, notes)?;
-            // Behind the joint the body stands where its point says.
+            // The joint's frame has its origin at the joint's point: the body is at -point in it.
             place = Pose { position: joint.1.map(|x| -x), ..Pose::IDENTITY };
             carrier = Some(all.joints.len());
             all.joints.push(joint.0);
@@ -91,27 +91,27 @@ pub(super) fn moved<'a>(
     Ok(all)
 }
 
-/// The bodies that are free to move, each by its joint.
+/// The bodies with a free joint, each with this joint.
 ///
-/// Fails at a ball joint, and at a free joint elsewhere than alone in a body of the world.
-fn free<'a>(bodies: &[Body<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
+/// Fails at a ball joint, and at a free joint that is not the only joint of a body of the world.
+fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     let mut free = Vec::new();
     for (b, body) in bodies.iter().enumerate() {
         for (view, _) in &body.joints {
             let called = || format!("{} of body `{}`", view.element.called(), shown(&body.name));
             match kind(*view)? {
-                Kind::Ball => {
+                MjcfJointType::Ball => {
                     let message = format!(
                         "{} is a ball: only hinges and slides are read; write three hinges through one point, or weld it",
                         called()
                     );
                     return Err(view.element.error(message));
                 }
-                Kind::Free if body.joints.len() > 1 || body.parent != Some(0) => {
+                MjcfJointType::Free if body.joints.len() > 1 || body.parent != Some(0) => {
                     let message = format!("{} is free: it stands alone in a body of the world", called());
                     return Err(view.element.error(message));
                 }
-                Kind::Free => free.push((b, *view)),
+                MjcfJointType::Free => free.push((b, *view)),
                 _ => {}
             }
         }
@@ -119,10 +119,10 @@ fn free<'a>(bodies: &[Body<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     Ok(free)
 }
 
-/// Which body floats as the base, and which bodies are of the robot.
-fn parts(bodies: &[Body], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
+/// The body that is the floating base, and whether each body is part of the robot.
+fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
     let free = free(bodies)?;
-    // The body of the world that each body hangs on.
+    // The child of the world that carries each body.
     let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
     for (b, body) in bodies.iter().enumerate() {
         top.push(match body.parent {
@@ -156,7 +156,7 @@ fn parts(bodies: &[Body], floats: bool, notes: &mut Vec<Note>) -> Result<(Option
         _ => {}
     }
     if !objects.is_empty() {
-        let text = format!("floats and carries no joint: an object beside the robot, left out ({})", named(&objects));
+        let text = format!("floats and carries no joint: an object next to the robot, left out ({})", named(&objects));
         notes.push(Note { subject: named(&objects[..1]), text });
     }
     let floating = robots.first().map(|f| f.0);
@@ -179,17 +179,17 @@ fn parts(bodies: &[Body], floats: bool, notes: &mut Vec<Note>) -> Result<(Option
     Ok((floating, (0..bodies.len()).map(is_part).collect()))
 }
 
-/// A joint, and its point in the frame of its body.
+/// A joint, and its point in the frame of its body, m.
 fn joint<'a>(
     view: View<'a>,
     frame: &Pose,
     body: usize,
     (antecedent, place): (Option<usize>, Pose),
-    of: &Body,
+    of: &MjcfBody,
     compiler: &Compiler,
     notes: &mut Vec<Note>,
 ) -> Result<(MjcfJoint<'a>, [f64; 3]), Error> {
-    let slides = kind(view)? == Kind::Slide;
+    let slides = kind(view)? == MjcfJointType::Slide;
     let point = frame.compose(&Pose { position: view.vector("pos")?.unwrap_or([0.0; 3]), ..Pose::IDENTITY }).position;
     let point = point.map(|x| given_length(x, compiler.angles));
     let axis = turned(&frame.rotation, direction(view, "axis", view.vector("axis")?.unwrap_or([0.0, 0.0, 1.0]))?);
@@ -207,7 +207,7 @@ fn joint<'a>(
         name,
         view,
         body,
-        given: Given {
+        given: JointPlacement {
             antecedent,
             pose: place.compose(&Pose { position: point, ..Pose::IDENTITY }),
             axis,
@@ -226,7 +226,7 @@ fn limits(view: View, compiler: &Compiler, position: impl Fn(f64) -> f64) -> Res
         let given = view.vector::<2>(range)?;
         let is_limited = match view.flag(limited)? {
             Some(is_limited) => is_limited,
-            None => compiler.limits_are_told_by_ranges && given.is_some_and(|[low, high]| low < high),
+            None => compiler.ranges_are_limits && given.is_some_and(|[low, high]| low < high),
         };
         Ok(given.filter(|_| is_limited))
     };
@@ -238,8 +238,8 @@ fn limits(view: View, compiler: &Compiler, position: impl Fn(f64) -> f64) -> Res
     })
 }
 
-/// Gives joints without a name that of their body, and refuses a name that stands twice.
-fn name(joints: &mut [MjcfJoint], bodies: &[Body]) -> Result<(), Error> {
+/// Names joints without a name after their body, and refuses a name that is used twice.
+fn name(joints: &mut [MjcfJoint], bodies: &[MjcfBody]) -> Result<(), Error> {
     for k in 0..joints.len() {
         let own = joints[k].name.clone();
         if own.is_empty() {

@@ -1,16 +1,21 @@
-//! What a model has beside the mechanism, said once.
+//! Notes on the elements of a model that are not part of the mechanism.
 
-use super::bodies::Body;
-use super::element::Element;
+use super::bodies::MjcfBody;
+use super::element::MjcfElement;
 use super::joints::MjcfJoint;
 use crate::error::Error;
 use crate::robot::Note;
 
-/// Sections that say nothing of the mechanism and that nobody misses.
+/// Sections that get no note: they are read elsewhere, or are irrelevant for the mechanism.
 const SILENT: &str = "compiler option size visual statistic default asset worldbody custom keyframe equality actuator";
 
-/// One note on the sections that have no meaning here, and one on what acts on bodies.
-pub(super) fn note(root: &Element, bodies: &[Body], joints: &[MjcfJoint], notes: &mut Vec<Note>) -> Result<(), Error> {
+/// Adds one note on the sections that are not read, one on `gravcomp` and one on springs.
+pub(super) fn note(
+    root: &MjcfElement,
+    bodies: &[MjcfBody],
+    joints: &[MjcfJoint],
+    notes: &mut Vec<Note>,
+) -> Result<(), Error> {
     let mut sections: Vec<&str> = Vec::new();
     let is_silent = |tag: &str| SILENT.split(' ').any(|silent| silent == tag);
     for section in root.children.iter().filter(|s| !s.children.is_empty() && !is_silent(&s.tag)) {

@@ -1,7 +1,7 @@
-//! What shapes weigh: volume, and inertia about the centre of mass, of a density of one.
+//! Mass properties of shapes: volume, and inertia about the centre of mass, for a density of one.
 //!
-//! Lengths are halves, as MJCF has them; a body of density rho has rho times both. A capsule is a cylinder of half
-//! length h with half a ball at each end:
+//! Lengths are half lengths as in MJCF; for a density rho, mass and inertia are rho times these. A capsule is a cylinder of
+//! half length h with half a ball at each end:
 //!
 //! ```text
 //! I_zz = V_c r^2/2 + 2/5 V_b r^2
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use crate::inertial::{Part, Pose};
 use crate::vector::{Matrix3, Vector3, cross, dot, minus, norm, plus};
 
-/// A body of density one about its own frame: volume, centre, and xx xy xz yy yz zz about the centre.
+/// A body of density one in its own frame: volume, centre, and xx xy xz yy yz zz about the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Volume {
     pub volume: f64,
@@ -65,12 +65,12 @@ impl Volume {
     }
 }
 
-/// How a surface encloses a volume.
+/// The computation of the volume within a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Enclosure {
-    /// Tetrahedra with their signs: right for any closed surface whose faces look outwards.
+    /// Tetrahedra with their signs: right for any closed surface with outward faces.
     Exact,
-    /// Tetrahedra without their signs: what MuJoCo takes by default; too much where a mesh is not convex.
+    /// Tetrahedra without their signs: MuJoCo's default; too large where a mesh is not convex.
     Legacy,
     /// The faces themselves, without an inside.
     Shell,
@@ -82,8 +82,8 @@ pub(super) enum Enclosure {
 /// V = sum V_t,  V_t = det(a, b, c)/6     c V = sum V_t (a + b + c)/4
 /// sum x_i x_j = V_t/20 ((a+b+c)(a+b+c)' + aa' + bb' + cc')
 /// ```
-/// with corners a, b, c seen from a point. The centre is found from the mean of the faces, volume and inertia from the
-/// centre: without signs the point matters, and these are MuJoCo's. Fails where nothing is enclosed.
+/// with corners a, b, c relative to a point. This point is the mean of the faces for the centre, and the centre for volume
+/// and inertia: without signs the result depends on the point, and MuJoCo uses these. Fails where nothing is enclosed.
 pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Volume, String> {
     let inside = face_centre(triangles);
     let (volume, first) = first_moments(triangles, inside, how);
@@ -98,8 +98,8 @@ pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Vol
     Ok(Volume { volume, centre, inertia })
 }
 
-/// A tetrahedron between a triangle and a point: its corners from there, their sum, and its size; for a shell, that of the
-/// triangle.
+/// A tetrahedron between a triangle and a point: its corners relative to the point, their sum, and its volume; for a shell
+/// the area of the triangle.
 fn tetrahedron(corners: &[Vector3; 3], point: Vector3, how: Enclosure) -> ([Vector3; 3], Vector3, f64) {
     let [a, b, c] = corners.map(|p| minus(p, point));
     let size = match how {
@@ -122,7 +122,7 @@ fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> 
     (volume, first)
 }
 
-/// Volume and second moment, in the same way.
+/// Volume and second moment of the tetrahedra between triangles and a point, about the point.
 fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Matrix3) {
     let parts = if matches!(how, Enclosure::Shell) { 12.0 } else { 20.0 };
     let (mut volume, mut upper) = (0.0, [0.0; 6]);
@@ -137,7 +137,7 @@ fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) ->
     (volume, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 }
 
-/// The mean of the middles of triangles, each counted by its area.
+/// The mean of the centres of triangles, weighted by their areas.
 fn face_centre(triangles: &[[Vector3; 3]]) -> Vector3 {
     let (mut sum, mut area) = ([0.0; 3], 0.0);
     for [a, b, c] in triangles {
@@ -157,12 +157,12 @@ mod tests {
     fn close(a: &Volume, b: &Volume) {
         let of = |v: &Volume| [&[v.volume][..], &v.centre, &v.inertia].concat();
         for (x, y) in of(a).iter().zip(of(b)) {
-            // Rounding of some thirty operations.
+            // Rounding of about thirty operations.
             assert!((x - y).abs() < 1e-13, "{a:?} {b:?}");
         }
     }
 
-    /// Twelve triangles of a cuboid of the halves a, moved by m.
+    /// Twelve triangles of a cuboid with the half lengths a, moved by m.
     fn cuboid(a: Vector3, m: Vector3) -> Vec<[Vector3; 3]> {
         let corner = |k: usize| [0, 1, 2].map(|i| m[i] + if k >> i & 1 == 1 { a[i] } else { -a[i] });
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -178,14 +178,14 @@ mod tests {
         }
         let shell = enclosed(&cuboid(a, m), Enclosure::Shell).unwrap();
         assert!((shell.volume - 8.0 * (0.02 + 0.03 + 0.06)).abs() < 1e-15);
-        // Two faces across x at a distance of 0.1, and four whose x is spread evenly: sum of x^2.
+        // Two faces normal to x at a distance of 0.1, and four with a uniform distribution of x: sum of x^2.
         let xx = 2.0 * 0.24 * 0.01 + (2.0 * 0.12 + 2.0 * 0.08) * 0.01 / 3.0;
         let found = (shell.inertia[3] + shell.inertia[5] - shell.inertia[0]) / 2.0;
         assert!((found - xx).abs() < 1e-15, "{found} {xx}");
         assert!(enclosed(&[], Enclosure::Exact).is_err());
     }
 
-    /// By Simpson's rule over slices along z, which is exact here but at the ends.
+    /// The sum over thin slices along z (midpoint rule).
     #[test]
     fn a_capsule_is_the_sum_of_its_slices() {
         let (r, h) = (0.3, 0.7);

@@ -1,4 +1,4 @@
-//! The meshes of a model, read only where a body weighs by one.
+//! The meshes of a model, read only where the mass of a body follows from one.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -8,29 +8,29 @@ use gate::source;
 
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
-use super::element::{Element, inside};
+use super::element::{MjcfElement, inside};
 use super::masses::{Enclosure, Volume, enclosed};
 use crate::error::Error;
 use crate::format::shown::shown;
 use crate::mesh;
 use crate::vector::{Vector3, minus, turned_back};
 
-/// Largest file that is read for a mass.
+/// Largest mesh file that is read for a mass, bytes.
 const MAX_MESH_BYTES: u64 = 64 << 20;
 
 /// The meshes that `<asset>` lists.
 pub(super) struct Meshes<'a> {
     listed: Vec<(String, View<'a>)>,
     compiler: &'a Compiler,
-    /// Where their files are; `None` where the description has no place.
+    /// The folder of their files; `None` for a description without a file.
     folder: Option<&'a Path>,
-    /// What is known of them by now: shapes to see and shapes to collide with are often one mesh.
+    /// The volumes computed so far: visual and collision shapes often share one mesh.
     known: RefCell<BTreeMap<String, Result<Volume, String>>>,
 }
 
 impl<'a> Meshes<'a> {
     pub(super) fn new(
-        root: &'a Element,
+        root: &'a MjcfElement,
         defaults: &'a Defaults,
         compiler: &'a Compiler,
         folder: Option<&'a Path>,
@@ -48,7 +48,7 @@ impl<'a> Meshes<'a> {
         self.listed.iter().find(|mesh| mesh.0 == name).map(|mesh| mesh.1)
     }
 
-    /// The file of a mesh as the description names it, and its scale.
+    /// The file name of a mesh in the description, and its scale.
     pub(super) fn file(&self, name: &str) -> Result<(String, Vector3), String> {
         let view = self.find(name).ok_or_else(|| format!("there is no mesh `{}`", shown(name)))?;
         let file = view.get("file").ok_or_else(|| format!("the mesh `{}` has no file", shown(name)))?;
@@ -61,7 +61,7 @@ impl<'a> Meshes<'a> {
         Ok((path.display().to_string(), scale))
     }
 
-    /// What a mesh encloses, in its own axes.
+    /// The volume that a mesh encloses, in its own axes. Fails with the reason where it cannot be computed.
     pub(super) fn volume(&self, name: &str) -> Result<Volume, String> {
         let known = self.known.borrow().get(name).cloned();
         known.unwrap_or_else(|| {
@@ -95,7 +95,7 @@ impl<'a> Meshes<'a> {
             [0, 1, 2].map(|i| scale[i] * p[i])
         };
         let triangles: Vec<[Vector3; 3]> = triangles.iter().map(|corners| corners.map(moved)).collect();
-        // A mirror turns the faces inside out.
+        // A reflection inverts the orientation of the faces.
         let volume = if scale.iter().product::<f64>() < 0.0 {
             enclosed(&triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>(), how)
         } else {
@@ -116,10 +116,10 @@ impl<'a> Meshes<'a> {
 
 /// The triangles that a `<mesh>` itself lists.
 fn inline(view: View) -> Result<Vec<[Vector3; 3]>, Error> {
-    const MOST: usize = 1_000_000;
-    let flat = view.numbers("vertex", 3, MOST)?.unwrap_or_default();
+    const MAX_INLINE_NUMBERS: usize = 1_000_000;
+    let flat = view.numbers("vertex", 3, MAX_INLINE_NUMBERS)?.unwrap_or_default();
     let vertices: Vec<Vector3> = flat.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect();
-    let Some(faces) = view.numbers("face", 3, MOST)? else {
+    let Some(faces) = view.numbers("face", 3, MAX_INLINE_NUMBERS)? else {
         return Err(view.element.error("a mesh without faces weighs by its convex hull, which is not formed"));
     };
     let corner = |k: &f64| vertices.get(*k as usize).copied().filter(|_| *k >= 0.0);

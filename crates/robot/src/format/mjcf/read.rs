@@ -1,20 +1,20 @@
 //! A robot described in MJCF, re-framed to Khalil-Kleinfinger.
 //!
-//! element.rs reads the elements and what they include, defaults.rs what they leave to their class, bodies.rs and
-//! joints.rs order them into a tree of joints, and [`jointed`] makes a robot of them. Coordinates are those of MuJoCo, in
-//! its order. What a body weighs is its `<inertial>` or its shapes (inertials.rs). `armature` of a joint and
+//! element.rs reads the elements and included files, defaults.rs the attributes of their classes. bodies.rs and
+//! joints.rs order them into a tree of joints, and [`jointed`] makes a robot of them. Coordinates and their order are the
+//! ones of MuJoCo. The mass of a body is from its `<inertial>` or its shapes (inertials.rs). `armature` of a joint and
 //! of its actuators is a rotor inertia, `damping` and `frictionloss` are friction.
 //!
-//! Not here: tendons, contacts, springs, muscles; ball joints (refused); soft bodies and what is made by rules
-//! (refused, with the call that writes it out).
+//! Not read: tendons, contacts, springs, muscles; ball joints (refused); soft bodies and bodies created by rules
+//! (refused, with the call that writes them out).
 
 use std::path::Path;
 
-use super::actuators::{Drives, drives, gears};
-use super::bodies::{Body, bodies};
+use super::actuators::{MjcfActuator, drives, gears};
+use super::bodies::{MjcfBody, bodies};
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
-use super::element::{self, Element};
+use super::element::{self, MjcfElement};
 use super::equalities::{Equalities, equalities};
 use super::inertials::part;
 use super::joints::{Moved, moved};
@@ -22,23 +22,23 @@ use super::left_out;
 use super::meshes::Meshes;
 use crate::error::Error;
 use crate::format::expression::no_symbol;
-use crate::format::jointed::{self, Carried, FileJoint, Rest};
-use crate::format::node::Source;
+use crate::format::jointed::{self, FileContext, FileJoint, LumpedBody};
+use crate::format::node::DescriptionFile;
 use crate::format::options::ReadOptions;
 use crate::robot::{Limits, Note, Robot};
 use crate::value::Value;
 
-/// Reads a robot from MJCF; `file` is the name errors carry, `folder` where its includes and meshes are.
+/// Reads a robot from MJCF; `file` is the name in errors, `folder` the folder of its includes and meshes.
 ///
-/// Fails, with the file and the line, on anything but a tree of hinges and slides with finite numbers, its base fixed
-/// or floating as `options` say.
+/// Fails, with the file and the line, on a model that is not a tree of hinges and slides with finite numbers and a base,
+/// fixed or floating, as in `options`.
 pub(in crate::format) fn read_mjcf_with(
     text: &str,
     file: &str,
     folder: Option<&Path>,
     options: ReadOptions,
 ) -> Result<Robot, Error> {
-    let source = Source { file };
+    let source = DescriptionFile { file };
     if let Some((name, _)) = options.values.first() {
         return Err(source.whole(no_symbol(name, &[])));
     }
@@ -63,7 +63,7 @@ pub(in crate::format) fn read_mjcf_with(
     let leads = |k: &usize| joints[*k].follows.leader == *k && !joints[*k].is_passive;
     notes.extend(gears((0..joints.len()).filter(leads).map(|k| (joints[k].name.as_str(), &drives[k]))));
     left_out::note(&root, &bodies, &moved.joints, &mut notes)?;
-    let rest = Rest {
+    let rest = FileContext {
         name: root.attribute("model").map(str::trim).filter(|n| !n.is_empty()).unwrap_or("robot").to_string(),
         base: jointed::base(&rooted),
         gravity: gravity(&root)?,
@@ -74,18 +74,18 @@ pub(in crate::format) fn read_mjcf_with(
     jointed::robot(source, joints, rest, options.angles)
 }
 
-/// What each joint carries, and in the end what is fixed to the base.
+/// The bodies that each joint carries, and as the last entry the bodies fixed to the base.
 fn carried(
-    bodies: &[Body],
+    bodies: &[MjcfBody],
     moved: &Moved,
     compiler: &Compiler,
     meshes: &Meshes,
     snapped: &mut Vec<Note>,
-) -> Result<Vec<Vec<Carried>>, Error> {
+) -> Result<Vec<Vec<LumpedBody>>, Error> {
     let mut carried = vec![Vec::new(); moved.joints.len() + 1];
     for (b, body) in bodies.iter().enumerate().filter(|(b, _)| moved.is_part[*b]) {
         let (carrier, pose) = moved.carriers[b];
-        // The world weighs nothing, whatever its shapes.
+        // The shapes of the world have no mass.
         let part = match b {
             0 => None,
             _ => part(&body.name, body.inertial, &body.shapes, compiler, meshes, snapped)?,
@@ -94,14 +94,14 @@ fn carried(
         for shape in &body.shapes {
             collisions.extend(shape.collision(&body.name, meshes)?);
         }
-        let one = Carried { name: body.name.clone(), pose, part, collisions };
+        let one = LumpedBody { name: body.name.clone(), pose, part, collisions };
         carried[carrier.unwrap_or(moved.joints.len())].push(one);
     }
     Ok(carried)
 }
 
 /// Scales all masses so that they add up to a total.
-fn scale_to(carried: &mut [Vec<Carried>], total: f64) {
+fn scale_to(carried: &mut [Vec<LumpedBody>], total: f64) {
     let mass: f64 = carried.iter().flatten().filter_map(|one| one.part.as_ref()).map(|part| part.mass).sum();
     if mass <= 0.0 {
         return;
@@ -113,11 +113,11 @@ fn scale_to(carried: &mut [Vec<Carried>], total: f64) {
 }
 
 fn file_joints(
-    bodies: &[Body],
+    bodies: &[MjcfBody],
     moved: &Moved,
-    drives: &[Drives],
+    drives: &[MjcfActuator],
     tied: &Equalities,
-    carried: Vec<Vec<Carried>>,
+    carried: Vec<Vec<LumpedBody>>,
     notes: &mut Vec<Note>,
 ) -> Vec<FileJoint> {
     let mut joints = Vec::with_capacity(moved.joints.len());
@@ -129,7 +129,7 @@ fn file_joints(
             notes.push(Note { subject: body.name.clone(), text: text.into() });
         }
         let follows = tied.follows[k];
-        // A joint that follows narrows its leader's range where it stands as the file has it.
+        // The limits of a following joint narrow the range of its leader: relative to the position in the file.
         let shift = if follows.leader == k { 0.0 } else { joint.reference };
         let limits = Limits {
             position: joint.limits.position.map(|(low, high)| (low - shift, high - shift)),
@@ -154,8 +154,8 @@ fn file_joints(
     joints
 }
 
-/// The name of the link without a mass between two joints of a body.
-fn between(body: &str, joint: &str, bodies: &[Body]) -> String {
+/// The name of the massless link between two joints of a body.
+fn between(body: &str, joint: &str, bodies: &[MjcfBody]) -> String {
     let mut name = format!("{body}_{joint}");
     while bodies.iter().any(|body| body.name == name) {
         name.push('_');
@@ -163,9 +163,12 @@ fn between(body: &str, joint: &str, bodies: &[Body]) -> String {
     name
 }
 
-/// Gravity in the world.
-fn gravity(root: &Element) -> Result<[Value; 3], Error> {
-    let mut gravity = [0.0, 0.0, -9.81];
+/// Gravity of a model that gives none, m/s^2.
+const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// Gravity in the world frame, m/s^2.
+fn gravity(root: &MjcfElement) -> Result<[Value; 3], Error> {
+    let mut gravity = DEFAULT_GRAVITY;
     for element in root.children("option") {
         gravity = View::bare(element).vector("gravity")?.unwrap_or(gravity);
     }

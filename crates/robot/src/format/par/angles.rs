@@ -1,17 +1,17 @@
-//! Angles of a .par: no robot is turned by more than once around, and one that seems to be is in degrees.
+//! Angles of a .par: no angle exceeds a full turn; a larger number is an angle in degrees.
 
 use std::f64::consts::TAU;
 
 use crate::error::Error;
-use crate::format::expression::Names;
-use crate::format::node::{Node, Source};
+use crate::format::expression::KnownNames;
+use crate::format::node::{DescriptionFile, Node};
 use crate::robot::ModifiedDh;
 use crate::value::{Symbol, Value};
 
-/// One of gamma b alpha d theta r; fails where an angle is more than a whole turn, as one in degrees is.
+/// One of gamma b alpha d theta r. Fails where an angle exceeds a full turn, as angles in degrees do.
 pub(super) fn within_a_turn(
-    source: Source,
-    names: &Names,
+    source: DescriptionFile,
+    names: &KnownNames,
     (key, what): (&str, &str),
     node: &Node,
     value: Value,
@@ -27,7 +27,7 @@ pub(super) fn within_a_turn(
     }
 }
 
-/// A placement whose angles are sums, which may be more than a turn.
+/// A placement with its angles, which are sums, reduced to less than a full turn.
 pub(super) fn within_turns(mut placement: ModifiedDh, symbols: &[Symbol]) -> ModifiedDh {
     for angle in [&mut placement.gamma, &mut placement.alpha, &mut placement.theta] {
         if let Some(x) = angle.beyond_a_turn(symbols) {
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use crate::value::SymbolId;
 
-    /// A sum of two angles stands as it does a turn less, and one of a symbol stays.
+    /// A sum of two angles is reduced by a full turn, and the angle of a symbol stays.
     #[test]
     fn sums_of_angles_are_within_a_turn() {
         let sum = Value::Add(Value::Number(6.0).into(), Value::Number(5.0).into());

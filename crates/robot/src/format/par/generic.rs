@@ -1,15 +1,15 @@
-//! Values for symbols to which a file gives none.
+//! Values for symbols without a value in the file.
 
 use super::table::text;
-use crate::format::expression::{Names, identifiers};
+use crate::format::expression::{KnownNames, identifiers};
 use crate::format::node::Node;
 use crate::robot::Note;
 use crate::value::Symbol;
 
-/// A value by the name alone, so that neither the order of the file nor other symbols change it:
-/// m or rad, in [0.2, 0.9), of five digits.
+/// A value, m or rad, in [0.2, 0.9), of five digits. It depends only on the name, so that neither the order of the file nor
+/// other symbols change it.
 fn generic_value(name: &str) -> f64 {
-    // FNV-1a, then splitmix64, so that similar names get values far apart.
+    // FNV-1a, then splitmix64, so that similar names get very different values.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
     let mut z = hash.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -18,13 +18,13 @@ fn generic_value(name: &str) -> f64 {
     (20_000.0 + (70_000.0 * u).floor()) / 100_000.0
 }
 
-/// The value that makes a component of gravity -9.81 m/s^2: of `G3`, or of the G3 in `-G3`.
+/// The value of the symbol for which a component of gravity is -9.81 m/s^2: of `G3`, or of the G3 in `-G3`.
 fn gravity_value(component: &str) -> f64 {
     if component.trim_start().starts_with('-') { 9.81 } else { -9.81 }
 }
 
-/// Symbols without a value, in the order of the file.
-pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravity: &[Node], names: &mut Names) {
+/// Defines the symbols without a value, in the order of the file.
+pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravity: &[Node], names: &mut KnownNames) {
     let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
     for node in gravity {
         for word in identifiers(text(node)) {
@@ -43,7 +43,7 @@ pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravi
     }
 }
 
-/// What to tell about symbols without values.
+/// The note on symbols without values; `None` where all have values.
 pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
     let open = || symbols.iter().filter(|s| s.generic);
     let last = open().next_back()?;

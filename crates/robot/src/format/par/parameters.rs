@@ -1,14 +1,14 @@
 //! The dynamic parameters of a .par file: known where they are numbers.
 
-use super::table::{Table, text};
+use super::table::{ParTable, text};
 use crate::error::Error;
-use crate::format::expression::{Names, identifiers};
-use crate::format::node::{Node, Source};
+use crate::format::expression::{KnownNames, identifiers};
+use crate::format::node::{DescriptionFile, Node};
 use crate::parameter::Inertial;
 use crate::robot::{Drive, Friction, Note, RotorInertia};
 
-/// The number of an item whose symbols all have values; `None` of a symbol without one.
-fn known(source: Source, names: &Names, what: &str, node: &Node) -> Result<Option<f64>, Error> {
+/// The number of an item; `None` where it has a symbol without a value.
+fn known(source: DescriptionFile, names: &KnownNames, what: &str, node: &Node) -> Result<Option<f64>, Error> {
     let has_value = |word: &str| names.symbols.iter().any(|s| s.name == word && !s.generic);
     if identifiers(text(node)).all(has_value) {
         return names.number(source, what, node).map(Some);
@@ -16,11 +16,11 @@ fn known(source: Source, names: &Names, what: &str, node: &Node) -> Result<Optio
     Ok(None)
 }
 
-/// XX .. M of link `j`, where all ten are known.
+/// XX .. M of link `j`; `None` where not all ten are known.
 pub(super) fn inertial(
-    source: Source,
-    table: &Table,
-    names: &Names,
+    source: DescriptionFile,
+    table: &ParTable,
+    names: &KnownNames,
     j: usize,
     notes: &mut Vec<Note>,
 ) -> Result<Option<[f64; 10]>, Error> {
@@ -45,11 +45,11 @@ pub(super) fn inertial(
     Ok(None)
 }
 
-/// IA of joint `j`: absent where 0, and where nothing turns it.
+/// IA of joint `j`: absent where it is 0, and for a locked joint.
 pub(super) fn rotor_inertia(
-    source: Source,
-    table: &Table,
-    names: &Names,
+    source: DescriptionFile,
+    table: &ParTable,
+    names: &KnownNames,
     j: usize,
     drive: Drive,
 ) -> Result<RotorInertia, Error> {
@@ -65,7 +65,12 @@ pub(super) fn rotor_inertia(
 }
 
 /// FV and FS of joint `j`, where they are numbers other than 0.
-pub(super) fn friction(source: Source, table: &Table, names: &Names, j: usize) -> Result<Friction, Error> {
+pub(super) fn friction(
+    source: DescriptionFile,
+    table: &ParTable,
+    names: &KnownNames,
+    j: usize,
+) -> Result<Friction, Error> {
     let number = |key: &str| -> Result<Option<f64>, Error> {
         let Some(items) = table.list(key) else { return Ok(None) };
         Ok(known(source, names, &format!("{key} of joint {}", j + 1), &items[j])?.filter(|x| *x != 0.0))
@@ -74,7 +79,7 @@ pub(super) fn friction(source: Source, table: &Table, names: &Names, j: usize) -
 }
 
 /// Notes on the entries of the file that a rigid robot on a fixed base does not use.
-pub(super) fn note_unused(table: &Table, notes: &mut Vec<Note>) {
+pub(super) fn note_unused(table: &ParTable, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: &str| notes.push(Note { subject: subject.into(), text: text.into() });
     let number = |node: &Node| text(node).parse::<f64>().ok();
     for key in ["FX", "FY", "FZ", "CX", "CY", "CZ"] {

@@ -1,32 +1,32 @@
 //! A robot described by a .par file of SYMORO, SYMORO+ or OpenSYMORO.
 //!
-//! Frame j stands in its antecedent's by iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
+//! The pose of frame j in its antecedent is iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
 //! [Khalil, Kleinfinger 1986]. Frames 1..NL carry links, NL+1..NJ are the cut joints of the loops,
 //! NJ+1..NF their twins on the other side. The passive joints of the loops are found by
 //! [`crate::passive`].
 //!
-//! A file names symbols and gives them no values. Lengths and angles then get generic values, derived from their names,
-//! because what holds of ranks and rules holds for nearly all values. Gravity is -9.81. Such symbols are marked
+//! A file has symbols without values. Lengths and angles then get generic values, derived from their names,
+//! because ranks and rules are equal for nearly all values. Gravity is -9.81 m/s^2. Such symbols are marked
 //! [`Symbol::generic`] and listed in a note. Numerical results need true values, which the file may give as `(* Value
 //! D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor inertia of 0 is absent.
 //!
-//! Not here: floating and mobile bases (refused); elastic joints, the place Z of the base, external
+//! Not read: floating and mobile bases (refused); elastic joints, the place Z of the base, external
 //! wrenches (noted where they are numbers).
 
 use std::collections::BTreeSet;
 
 use super::angles::{within_a_turn, within_turns};
-use super::carried::{Carriers, carriers, product};
+use super::carried::{LumpedFrames, carriers, product};
 use super::generic::{define_generic, note_generic};
 use super::parameters::{friction, inertial, note_unused, rotor_inertia};
-use super::table::{Table, text};
+use super::table::{ParTable, text};
 use super::text::{ParText, scan};
 use super::variables::{Mover, own_variables, passive_by_its_joint};
 use crate::angle_snap::snap_angles;
 use crate::closure;
 use crate::error::Error;
-use crate::format::expression::{Names, identifiers, is_name};
-use crate::format::node::{Content, Node, Source};
+use crate::format::expression::{KnownNames, identifiers, is_name};
+use crate::format::node::{DescriptionFile, Node, NodeValue};
 use crate::format::options::ReadOptions;
 use crate::passive;
 use crate::robot::{
@@ -36,7 +36,7 @@ use crate::robot::{
 use crate::value::Affine;
 use crate::value::Value;
 
-/// Reads a robot from a .par text; `file` is the name errors carry.
+/// Reads a robot from a .par text; `file` is the name in errors.
 ///
 /// Fails, with the line and column, on a table that is incomplete or inconsistent, on a moving
 /// base, and on loops that cannot close.
@@ -44,13 +44,13 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
     read_par_with(text, file, ReadOptions::default())
 }
 
-/// As [`read_par`], with options.
+/// Reads a robot from a .par text as [`read_par`], with options.
 pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
-    let source = Source { file };
+    let source = DescriptionFile { file };
     let mut notes = Vec::new();
     // The frames, and their order with antecedents first.
     let entries = scan(source, text)?;
-    let table = Table::new(source, &entries, &mut notes)?;
+    let table = ParTable::new(source, &entries, &mut notes)?;
     let frames = Frames::new(&table)?;
     let order = frames.order(&table)?;
 
@@ -96,7 +96,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         notes,
         ..Robot::default()
     };
-    // Last what needs the whole robot: passive joints, and whether the loops close.
+    // These steps need the whole robot: passive joints, exact angles, and the closure of the loops.
     passive_by_its_joint(&mut robot);
     snap_angles(&mut robot, options.angles);
     let place = || table.at("ant", String::new()).place;
@@ -106,8 +106,8 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
 }
 
 /// The symbols with their values from the comments of the file.
-fn valued_symbols(source: Source, entries: &ParText) -> Result<Names, Error> {
-    let mut names = Names::default();
+fn valued_symbols(source: DescriptionFile, entries: &ParText) -> Result<KnownNames, Error> {
+    let mut names = KnownNames::default();
     for (name, node) in &entries.values {
         if !is_name(name) || names.symbols.iter().any(|s| s.name == *name) {
             return Err(source.at(node, format!("`{name}` cannot name a symbol, or stands twice")));
@@ -119,11 +119,11 @@ fn valued_symbols(source: Source, entries: &ParText) -> Result<Names, Error> {
 
 /// The link of frame j and the joint that moves it.
 fn link(
-    source: Source,
-    table: &Table,
+    source: DescriptionFile,
+    table: &ParTable,
     frames: &Frames,
     order: &[usize],
-    names: &Names,
+    names: &KnownNames,
     owners: &Owners,
     j: usize,
     notes: &mut Vec<Note>,
@@ -146,11 +146,11 @@ fn link(
 struct Frames {
     /// Number of the link that carries each frame, zero for the base.
     antecedent: Vec<usize>,
-    /// The twins of loops that lead there, nearest first.
+    /// The twins of loops on the path from the frame to this link, nearest first.
     through: Vec<Vec<usize>>,
     kind: Vec<JointKind>,
     actuated: Vec<bool>,
-    /// gamma b alpha d theta r of each.
+    /// gamma b alpha d theta r of each frame.
     geometry: Vec<[Node; 6]>,
     n_links: usize,
     n_joints: usize,
@@ -163,19 +163,19 @@ const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// Per frame, whether its variable is a coordinate: a motor moves it, or it is a free joint of an open chain.
+    /// Whether the variable of each frame is a coordinate: a motor moves it, or it is a free joint of an open chain.
     is_coordinate: Vec<bool>,
 }
 
 impl Frames {
-    fn new(table: &Table) -> Result<Frames, Error> {
-        // A frame stands on a link, on the base, or on the frame of a loop; by default on the frame before it.
+    fn new(table: &ParTable) -> Result<Frames, Error> {
+        // The antecedent of a frame is a link, the base, or the frame of a loop; by default the frame before it.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
-        let Carriers { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
+        let LumpedFrames { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);
             table.at_item("ant", j, message)
         })?;
-        // Twins are fixed by default and must be, for the cut moves in their stead.
+        // Twins must be fixed, which is the default, since the joint of the loop moves the cut.
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
         let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;
@@ -187,7 +187,7 @@ impl Frames {
             );
             return Err(table.at_item("sigma", j, message));
         }
-        // Left out: theta of a revolute frame is its own variable `th3`, all else is 0.
+        // Defaults of omitted lists: theta of a revolute frame is its own variable `th3`, all else is 0.
         let node = |key: &str, j: usize| match table.list(key) {
             Some(items) => items[j].clone(),
             None if key == "theta" && sigma[j] == 0 => worded(&format!("th{}", j + 1)),
@@ -204,8 +204,8 @@ impl Frames {
         })
     }
 
-    /// The links, antecedents first, otherwise as they are numbered.
-    fn order(&self, table: &Table) -> Result<Vec<usize>, Error> {
+    /// The links, antecedents first, otherwise in the order of their numbers. Fails on circular antecedents.
+    fn order(&self, table: &ParTable) -> Result<Vec<usize>, Error> {
         let mut order: Vec<usize> = Vec::with_capacity(self.n_links);
         let mut placed = vec![false; self.n_links];
         while order.len() < self.n_links {
@@ -234,13 +234,19 @@ impl Frames {
         }
     }
 
-    /// The constants of a frame: its geometry but the joint variable.
+    /// The constants of a frame: its geometry without the joint variable.
     fn constants(&self, j: usize) -> impl Iterator<Item = &Node> {
         let moving = self.variable(j).map(|v| (v.line, v.column));
         self.geometry[j].iter().filter(move |n| n.line > 0 && Some((n.line, n.column)) != moving)
     }
 
-    fn owners(&self, source: Source, table: &Table, names: &Names, notes: &mut Vec<Note>) -> Result<Owners, Error> {
+    fn owners(
+        &self,
+        source: DescriptionFile,
+        table: &ParTable,
+        names: &KnownNames,
+        notes: &mut Vec<Note>,
+    ) -> Result<Owners, Error> {
         let nf = self.kind.len();
         let mut constants: BTreeSet<&str> = names.symbols.iter().map(|s| s.name.as_str()).collect();
         for j in 0..nf {
@@ -296,14 +302,14 @@ impl Frames {
 
     fn placed(
         &self,
-        source: Source,
-        names: &Names,
+        source: DescriptionFile,
+        names: &KnownNames,
         owners: &Owners,
         j: usize,
     ) -> Result<(JointKind, Drive, ModifiedDh, Affine), Error> {
         let kind = self.kind[j];
         let mut variable = Affine::constant(Value::ZERO);
-        // Which of gamma, b, alpha, d, theta, r the joint moves: theta, r or none.
+        // The index of the joint variable in gamma, b, alpha, d, theta, r: theta, r or none.
         let moving = match kind {
             JointKind::Revolute => 4,
             JointKind::Prismatic => 5,
@@ -316,7 +322,7 @@ impl Frames {
                 values.push(within_a_turn(source, names, (key, &what), node, names.constant(source, &what, node)?)?);
                 continue;
             }
-            // The variable: its linear part moves the joint, its constant part goes into the geometry.
+            // The variable: its linear part moves the joint, its constant part is added to the geometry.
             let value = names.variable(source, &what, node)?;
             let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
                 source.at(node, format!("{what} must be affine in the joint variables, found {}", node.kind()))
@@ -344,8 +350,14 @@ impl Frames {
         Ok((kind, drive, self.on_its_link(source, names, j, own)?, variable))
     }
 
-    /// The placement of frame j in its link, which twins of loops may lead to.
-    fn on_its_link(&self, source: Source, names: &Names, j: usize, own: ModifiedDh) -> Result<ModifiedDh, Error> {
+    /// The placement of frame j in its link, through the twins of loops between them.
+    fn on_its_link(
+        &self,
+        source: DescriptionFile,
+        names: &KnownNames,
+        j: usize,
+        own: ModifiedDh,
+    ) -> Result<ModifiedDh, Error> {
         let mut placement = own;
         for &twin in &self.through[j] {
             let mut values = Vec::with_capacity(6);
@@ -374,5 +386,5 @@ impl Frames {
 }
 
 fn worded(text: &str) -> Node {
-    Node { line: 0, column: 0, content: Content::Text(text.into()) }
+    Node { line: 0, column: 0, content: NodeValue::Text(text.into()) }
 }

@@ -1,12 +1,12 @@
-//! The table of a .par file: its sizes and its lists, each as long as it must be.
+//! The table of a .par file: its sizes and its lists, with checked lengths.
 
-use super::text::{Entry, ParText};
+use super::text::{ParEntry, ParText};
 use crate::error::Error;
-use crate::format::node::{Content, Node, Source};
+use crate::format::node::{DescriptionFile, Node, NodeValue};
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// How long a list is.
+/// The items of a list: one for each frame, link, joint, axis, or 16 entries of a matrix.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Per {
     Frame,
@@ -16,7 +16,7 @@ enum Per {
     Sixteen,
 }
 
-/// The lists of a description, by what each has an entry for.
+/// The keys of lists, by their items.
 const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Frame, "ant sigma mu gamma b alpha d theta r"),
     (Per::Link, "XX XY XZ YY YZ ZZ MX MY MZ M IA FV FS FX FY FZ CX CY CZ"),
@@ -25,7 +25,7 @@ const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Sixteen, "Z"),
 ];
 
-/// The keys of lists, each with what it has an entry for.
+/// The keys of lists, each with its kind of items.
 fn list_keys() -> impl Iterator<Item = (&'static str, Per)> {
     LIST_KEYS.into_iter().flat_map(|(per, keys)| keys.split_whitespace().map(move |key| (key, per)))
 }
@@ -33,28 +33,34 @@ fn list_keys() -> impl Iterator<Item = (&'static str, Per)> {
 /// The keys with one value.
 const SCALAR_KEYS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
 
-/// More links than this are no robot.
+/// Largest number of links.
 const MAX_PAR_LINKS: usize = 500;
 
 /// The entries, counted and checked.
-pub(super) struct Table<'a> {
-    source: Source<'a>,
-    entries: &'a [Entry],
-    /// Links; joints, those of the cuts among them; frames, the twins of the cuts among them.
+pub(super) struct ParTable<'a> {
+    source: DescriptionFile<'a>,
+    entries: &'a [ParEntry],
+    /// Number of links.
     pub nl: usize,
+    /// Number of joints, including the joints of cuts.
     pub nj: usize,
+    /// Number of frames, including the twins of cuts.
     pub nf: usize,
-    /// Open chains, as the file calls itself.
+    /// Whether the robot has no loops.
     pub is_open: bool,
 }
 
-impl<'a> Table<'a> {
-    pub(super) fn new(source: Source<'a>, text: &'a ParText, notes: &mut Vec<Note>) -> Result<Table<'a>, Error> {
+impl<'a> ParTable<'a> {
+    pub(super) fn new(
+        source: DescriptionFile<'a>,
+        text: &'a ParText,
+        notes: &mut Vec<Note>,
+    ) -> Result<ParTable<'a>, Error> {
         let entries = &text.entries[..];
         if entries.is_empty() {
             return Err(source.error(1, 1, "the file has no `key = value`; expected NL, NJ, Type, ant, sigma, ..."));
         }
-        let mut table = Table { source, entries, nl: 0, nj: 0, nf: 0, is_open: true };
+        let mut table = ParTable { source, entries, nl: 0, nj: 0, nf: 0, is_open: true };
         table.check_keys(notes)?;
         table.nl = table.count("NL")?.ok_or_else(|| source.error(0, 0, "`NL`, the number of links, is missing"))?;
         if table.nl == 0 || table.nl > MAX_PAR_LINKS {
@@ -84,7 +90,7 @@ impl<'a> Table<'a> {
             }
         }
         table.is_open = table.nj == table.nl;
-        // NF is taken from NL and NJ; a file that says otherwise is read with a note.
+        // NF follows from NL and NJ; a file with another NF is read with a note.
         if let Some(nf) = table.count("NF")?
             && nf != table.nf
         {
@@ -102,7 +108,7 @@ impl<'a> Table<'a> {
         self.source.place(place, message)
     }
 
-    /// A refusal at an item of a list; at the key where the list is left out.
+    /// An error at an item of a list; at the key where the list is absent.
     pub(super) fn at_item(&self, key: &str, item: usize, message: String) -> Error {
         match self.list(key) {
             Some(items) => self.source.at(&items[item], message),
@@ -115,7 +121,7 @@ impl<'a> Table<'a> {
         self.entry(key).map(|e| &e.items[..])
     }
 
-    /// Whole numbers of a list from `lowest` to `highest`; `default` of the frame where absent.
+    /// The integers of a list from `lowest` to `highest`; `default` of each frame where the list is absent.
     pub(super) fn integers(
         &self,
         key: &str,
@@ -135,7 +141,7 @@ impl<'a> Table<'a> {
         items.iter().enumerate().map(read).collect()
     }
 
-    fn entry(&self, key: &str) -> Option<&'a Entry> {
+    fn entry(&self, key: &str) -> Option<&'a ParEntry> {
         self.entries.iter().find(|e| e.key == key)
     }
 
@@ -181,7 +187,7 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// The base must be at rest.
+    /// Fails where the base is not at rest.
     fn check_base(&self) -> Result<(), Error> {
         for key in ["is_floating", "is_mobile"] {
             let Some(entry) = self.entry(key) else { continue };
@@ -208,7 +214,7 @@ impl<'a> Table<'a> {
 /// The text of an item.
 pub(super) fn text(node: &Node) -> &str {
     match &node.content {
-        Content::Text(t) => t,
+        NodeValue::Text(t) => t,
         _ => "",
     }
 }

@@ -1,17 +1,17 @@
 //! The text of a .par file: comments, scalars `key = value`, lists `key = {a, b, ...}`.
 //!
-//! Lists may run over lines, commas within parentheses do not split (`atan2(a, b)`), and the old
-//! spellings of keys are read as the new ones. Unlike OpenSYMORO, a line of a list may hold a
-//! comment. Two comments carry data: `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which
-//! gives a symbol a value where OpenSYMORO reads on.
+//! Lists may continue over several lines, commas within parentheses do not split (`atan2(a, b)`), and the old
+//! spellings of keys are accepted. Unlike in OpenSYMORO, a line of a list may contain a
+//! comment. Two comments contain data: `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which
+//! gives a symbol a value and which OpenSYMORO ignores.
 
 use crate::error::Error;
 use crate::format::budget::MAX_DESCRIPTION_BYTES;
-use crate::format::node::{Content, Node, Source};
+use crate::format::node::{DescriptionFile, Node, NodeValue};
 
-/// A key and what it is given.
+/// A key and its items.
 #[derive(Clone, Debug)]
-pub(super) struct Entry {
+pub(super) struct ParEntry {
     pub key: String,
     pub line: usize,
     pub column: usize,
@@ -24,14 +24,14 @@ pub(super) struct ParText {
     pub name: Option<String>,
     /// Values of symbols given in comments, in their order.
     pub values: Vec<(String, Node)>,
-    pub entries: Vec<Entry>,
+    pub entries: Vec<ParEntry>,
 }
 
-/// Spellings of SYMORO+.
+/// The spellings of keys in SYMORO+, and the keys used here.
 const SYMORO_KEYS: [(&str, &str); 7] =
     [("Ant", "ant"), ("Sigma", "sigma"), ("Mu", "mu"), ("B", "b"), ("R", "r"), ("Alpha", "alpha"), ("Theta", "theta")];
 
-pub(super) fn scan(source: Source, text: &str) -> Result<ParText, Error> {
+pub(super) fn scan(source: DescriptionFile, text: &str) -> Result<ParText, Error> {
     if text.len() > MAX_DESCRIPTION_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
     }
@@ -50,18 +50,18 @@ pub(super) fn scan(source: Source, text: &str) -> Result<ParText, Error> {
         }
         cursor.skip(|c| matches!(c, '=' | ' ' | '\t'));
         let key = SYMORO_KEYS.iter().find(|k| k.0 == word).map_or(word, |k| k.1).to_string();
-        if let Some(first) = found.entries.iter().find(|e: &&Entry| e.key == key) {
+        if let Some(first) = found.entries.iter().find(|e: &&ParEntry| e.key == key) {
             return Err(source.error(line, column, format!("`{key}` stands twice, first on line {}", first.line)));
         }
         let is_list = cursor.peek() == Some('{');
         let items = if is_list { list(source, &mut cursor, &key)? } else { vec![cursor.scalar()] };
-        found.entries.push(Entry { key, line, column, items, is_list });
+        found.entries.push(ParEntry { key, line, column, items, is_list });
     }
     Ok(found)
 }
 
-/// The text with its comments blanked; what they carry is kept.
-fn without_comments(source: Source, text: &str, found: &mut ParText) -> Result<String, Error> {
+/// The text without its comments; their data are stored in `found`.
+fn without_comments(source: DescriptionFile, text: &str, found: &mut ParText) -> Result<String, Error> {
     let mut plain = String::with_capacity(text.len());
     let mut cursor = Cursor { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1, column: 1 };
     loop {
@@ -83,7 +83,7 @@ fn without_comments(source: Source, text: &str, found: &mut ParText) -> Result<S
     }
 }
 
-/// `Robotname = 'NAME'` or `Value NAME = expression` in a comment.
+/// Stores `Robotname = 'NAME'` or `Value NAME = expression` of a comment.
 fn carried(comment: &str, at: (usize, usize), found: &mut ParText) {
     if let Some((_, rest)) = comment.split_once("Robotname") {
         let name = rest.trim_start().strip_prefix('=').and_then(|r| r.trim_start().strip_prefix('\''));
@@ -94,13 +94,13 @@ fn carried(comment: &str, at: (usize, usize), found: &mut ParText) {
         }
     }
     if let Some((name, value)) = comment.trim().strip_prefix("Value ").and_then(|rest| rest.split_once('=')) {
-        let node = Node { line: at.0, column: at.1, content: Content::Text(value.trim().to_string()) };
+        let node = Node { line: at.0, column: at.1, content: NodeValue::Text(value.trim().to_string()) };
         found.values.push((name.trim().to_string(), node));
     }
 }
 
 /// The items of a list, from its `{` to its `}`.
-fn list(source: Source, cursor: &mut Cursor, key: &str) -> Result<Vec<Node>, Error> {
+fn list(source: DescriptionFile, cursor: &mut Cursor, key: &str) -> Result<Vec<Node>, Error> {
     let opened = (cursor.line, cursor.column);
     cursor.advance(1);
     let mut items = Vec::new();
@@ -126,9 +126,9 @@ fn list(source: Source, cursor: &mut Cursor, key: &str) -> Result<Vec<Node>, Err
             return Err(source.error(line, column, format!("item {} of `{key}` is empty", items.len() + 1)));
         }
         if !text.is_empty() {
-            // A broken line is white space.
+            // A line break within an item is white space.
             let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-            items.push(Node { line, column, content: Content::Text(text) });
+            items.push(Node { line, column, content: NodeValue::Text(text) });
         }
         if end == Some('}') {
             return Ok(items);
@@ -176,7 +176,7 @@ impl<'a> Cursor<'a> {
         let (line, column) = (self.line, self.column);
         let text = self.take(|c| c != '\n');
         let text = text.trim().trim_end_matches(';').trim_end().to_string();
-        Node { line, column, content: Content::Text(text) }
+        Node { line, column, content: NodeValue::Text(text) }
     }
 }
 
@@ -184,9 +184,9 @@ impl<'a> Cursor<'a> {
 mod tests {
     use super::*;
 
-    const SOURCE: Source = Source { file: "f" };
+    const SOURCE: DescriptionFile = DescriptionFile { file: "f" };
 
-    fn texts(entry: &Entry) -> Vec<String> {
+    fn texts(entry: &ParEntry) -> Vec<String> {
         entry.items.iter().map(|n| n.kind()).collect()
     }
 

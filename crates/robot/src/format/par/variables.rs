@@ -1,9 +1,9 @@
-//! Tells which names in a .par file are joint variables, and which are constants.
+//! The distinction of joint variables and constants among the names of a .par file.
 //!
-//! The file does not say it. A name that stands in a constant (gamma, b, alpha, d, the r of a revolute joint, gravity,
-//! a value) is a constant. Of the other names, the one in the variable of an actuated joint is its coordinate. The one
+//! The file does not distinguish them. A name in a constant (gamma, b, alpha, d, the r of a revolute joint, gravity,
+//! a value) is a constant. Of the other names, the name in the variable of an actuated joint is its coordinate. The name
 //! in the variable of a passive joint is its own unknown, unless it is the coordinate of another joint, which the
-//! passive joint then follows. Where several names remain, the one with the joint's number is meant (`th4 - DEL` of
+//! passive joint then follows. Where several names remain, the name with the joint's number is used (`th4 - DEL` of
 //! joint 4).
 
 use std::collections::BTreeSet;
@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 use super::table::text;
 use crate::error::Error;
 use crate::format::expression::identifiers;
-use crate::format::node::{Node, Source};
+use crate::format::node::{DescriptionFile, Node};
 use crate::robot::Robot;
 use crate::value::CoordinateId;
 
-/// A joint whose variable is looked for.
+/// A joint whose own variable is to be determined.
 pub(super) struct Mover<'a> {
     /// The number of its frame.
     pub frame: usize,
@@ -23,9 +23,9 @@ pub(super) struct Mover<'a> {
     pub variable: &'a Node,
 }
 
-/// The own variable of each mover; `None` for one that follows others or stands still.
+/// The own variable of each mover; `None` for a joint that follows others or does not move. Fails where it is ambiguous.
 pub(super) fn own_variables(
-    source: Source,
+    source: DescriptionFile,
     movers: &[Mover],
     constants: &BTreeSet<&str>,
 ) -> Result<Vec<Option<String>>, Error> {
@@ -80,8 +80,8 @@ pub(super) fn own_variables(
     Ok(own)
 }
 
-/// Scales each passive coordinate so that a joint of its own moves by it, not by a multiple (`-th2`, `2*th2`). Its unit
-/// is free, and relations are looked for in the units of the joints.
+/// Scales each passive coordinate so that its own joint moves by the coordinate, not by a multiple (`-th2`, `2*th2`). The
+/// unit of the coordinate is arbitrary, and relations are searched in the units of the joints.
 pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     let n = robot.n_coordinates();
     for k in (0..robot.passive.len()).map(|p| CoordinateId(n + p)) {
@@ -99,7 +99,7 @@ pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     }
 }
 
-/// The 12 of `th12`.
+/// The number at the end of a name: 12 of `th12`.
 fn number_of(name: &str) -> Option<usize> {
     let digits = name
         .rfind(|c: char| !c.is_ascii_digit())

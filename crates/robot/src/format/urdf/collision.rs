@@ -1,7 +1,7 @@
 //! The `<collision>` elements of a URDF.
 //!
-//! A shape that cannot be read stays in the robot as unread, with its line, because a robot is read for many purposes
-//! and few need its shapes.
+//! A shape that cannot be read stays in the robot as `Unread`, with its line, because most uses of a robot do not need its
+//! shapes.
 
 use roxmltree::Node;
 
@@ -86,7 +86,7 @@ mod tests {
     use crate::collision::CollisionShape;
     use crate::format::read_urdf;
 
-    /// A shape comes in the frame of the link that carries it; one that is broken is kept with its line.
+    /// A shape has its pose in the frame of the link that carries it; a shape with an error is kept with its line.
     #[test]
     fn shapes_stand_in_the_frame_of_the_link() {
         let text = r#"<robot name="one">
@@ -108,8 +108,8 @@ mod tests {
         assert_eq!(names, ["arm", "arm", "arm", "tool"]);
         let CollisionShape::Unread { reason } = &own[1].shape else { panic!("{own:?}") };
         assert_eq!(reason, "line 7: `radius` of <sphere> is `wide`; expected are 1 finite numbers");
-        // The frame of the link has its z on the axis of the joint: where a shape stands in the base, it stands as the
-        // file says.
+        // The frame of the link has its z on the axis of the joint. In the base, the pose of a shape equals the pose in the
+        // file.
         let pose = robot.link_poses(&[0.0])[0];
         for (shape, place) in [(&own[0], [0.5, 0.0, 0.0]), (&own[3], [0.0, 0.25, 0.0])] {
             let position = pose.compose(&shape.pose).position;

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use super::text::Checked;
 use crate::error::Error;
 use crate::format::follows::{Follows, resolved};
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::options::Mimic;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// What each joint of the file follows. A joint that mimics no other follows itself.
+/// The leader of each joint of the file. A joint that mimics no other follows itself.
 pub(super) fn followed(
-    source: Source,
+    source: DescriptionFile,
     checked: &Checked,
     model: &urdf_rs::Robot,
     mimic: Mimic,
@@ -21,7 +21,7 @@ pub(super) fn followed(
     let place = |j: usize| checked.joints.get(&model.joints[j].name).map_or((0, 0), |m| m.mimic_at);
     let mut next: Vec<Option<Follows>> = Vec::with_capacity(model.joints.len());
     for (j, joint) in model.joints.iter().enumerate() {
-        // Where mimic joints are read as coordinates of their own, no leader is looked up.
+        // Where mimic joints are read as independent coordinates, no leader is searched.
         let Some(tag) = joint.mimic.as_ref().filter(|_| mimic == Mimic::Constraint) else {
             next.push(None);
             continue;

@@ -1,8 +1,8 @@
-//! What is odd in the text of a URDF and no longer seen in the robot: angles in degrees, limits of zero, and what urdfdom,
-//! which ROS and Pinocchio read with, takes otherwise or refuses, which [`crate::lint`] tells; and loops
-//! that an extension states, which are noted.
+//! Suspicious texts of a URDF that are no longer visible in the robot: angles in degrees, limits of zero, and texts that
+//! urdfdom (the reader of ROS and Pinocchio) interprets differently or refuses, which [`crate::lint`] reports; and loops
+//! of an extension, which get notes.
 //!
-//! What urdfdom does was observed with Pinocchio 4.1: a number that ends with a blank is none to it.
+//! The behaviour of urdfdom was observed with Pinocchio 4.1: it does not accept a number with a trailing blank.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::format::shown::shown;
 use crate::format::xml::child;
 use crate::robot::Note;
 
-/// A turn, rounded up by a writer of four digits, rad.
+/// A full turn, rounded up to four digits, rad.
 const A_TURN_RAD: f64 = TAU + 1e-3;
 
 /// The findings of all links and joints, in the order of the text.
@@ -32,7 +32,7 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
     findings
 }
 
-/// Notes on elements beside the URDF's own that close a loop: they do not say which of its joints are driven.
+/// Notes on elements of URDF extensions that close a loop: they do not determine which of its joints are driven.
 pub(super) fn stated_loops(root: Node) -> Vec<Note> {
     let is_loop = |n: &Node| {
         let tag = n.tag_name().name();
@@ -59,7 +59,7 @@ fn number(node: Node, attribute: &str) -> Option<f64> {
     node.attribute(attribute)?.trim().parse().ok()
 }
 
-/// rpy of more than a turn, of the elements that say where bodies are.
+/// Finds rpy of more than a turn, in all elements except visuals.
 fn turned_by_degrees(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let origins =
         owner.descendants().filter(|n| n.has_tag_name("origin") && !n.ancestors().any(|a| a.has_tag_name("visual")));
@@ -75,11 +75,11 @@ fn turned_by_degrees(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Limits of zero: an exporter of drawings writes them where it knows nothing.
+/// Finds limits of zero, which CAD exporters write for unknown limits.
 fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let Some(limit) = child(joint, "limit") else { return };
     let all = ["lower", "upper", "effort", "velocity"].map(|key| number(limit, key).unwrap_or(0.0));
-    // That is told when the file is read.
+    // Limits of zeros alone get a note when the file is read.
     if all == [0.0; 4] || joint.attribute("type") == Some("fixed") {
         return;
     }
@@ -91,7 +91,7 @@ fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// What urdfdom wants of a joint, so that it refuses the whole file.
+/// Finds missing attributes of a joint for which urdfdom refuses the whole file.
 fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let limited = matches!(joint.attribute("type"), Some("revolute" | "prismatic"));
     let mut refused =
@@ -112,7 +112,7 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Numbers that end with a blank or a line break.
+/// Finds numbers that end with a blank or a line break.
 fn blanks(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let elements = ["mass", "inertia", "limit", "dynamics", "mimic"];
     let scalars =
@@ -138,7 +138,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Mistake, lint};
 
-    /// What is found of joint j and link l, with one passage exchanged.
+    /// The findings about joint j and link l, with one passage of the text replaced.
     fn found(old: &str, new: &str) -> Vec<(String, Mistake)> {
         let text = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\" rpy=\"0 0 0\"/><mass \
                     value=\"1.5\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// A turn, leading blanks, a joint without an end, and limits of zeros alone, which the reader notes.
+    /// A full turn, leading blanks, a continuous joint, and limits of zeros alone, which get a note from the reader.
     #[test]
     fn what_is_usual_is_not_told() {
         for (old, new) in [

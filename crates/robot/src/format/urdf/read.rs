@@ -1,43 +1,43 @@
 //! A robot described in URDF, re-framed to Khalil-Kleinfinger.
 //!
 //! text.rs checks the text with its line numbers, urdf-rs reads it, tree.rs orders it into a tree of moving links, and
-//! [`jointed`] makes a robot of them. Fixed links are lumped into the moving link they hang on.
+//! [`jointed`] makes a robot of them. Fixed links are lumped into the moving link that carries them.
 //!
-//! Joints that mimic another follow it (mimic.rs).
+//! Joints that mimic another joint follow it (mimic.rs).
 //!
-//! Collision geometry is kept as it stands (collision.rs).
+//! Collision geometry is kept unchanged (collision.rs).
 //!
-//! Not here: rotors (a URDF describes none), the files of meshes.
+//! Not read: rotors (a URDF has none), mesh files.
 
 use urdf_rs::JointType;
 
 use super::mimic::followed;
 use super::text::{Checked, check};
-use super::tree::{Moving, MovingLinks, moving_links};
+use super::tree::{MovingLink, MovingLinks, moving_links};
 use crate::angle_snap;
 use crate::error::Error;
 use crate::format::expression::no_symbol;
 use crate::format::follows::Follows;
-use crate::format::jointed::{self, Carried, FileJoint, Rest};
-use crate::format::node::Source;
+use crate::format::jointed::{self, FileContext, FileJoint, LumpedBody};
+use crate::format::node::DescriptionFile;
 use crate::format::options::{Mimic, ReadOptions};
 use crate::format::shown::shown;
 use crate::inertial::{Part, Pose};
 use crate::robot::{Format, Friction, Limits, Note, Robot, RotorInertia};
 use crate::value::Value;
 
-/// Reads a robot from URDF; `file` is the name errors carry.
+/// Reads a robot from URDF; `file` is the name in errors.
 ///
 /// Joints are labelled by their names, one coordinate each unless they mimic another, without rotor
-/// inertia. Gravity is (0, 0, -9.81) in the root link. Fails, with the line, on anything but a tree
+/// inertia. Gravity is (0, 0, -9.81) m/s^2 in the root link. Fails, with the line, on a description that is not a tree
 /// of revolute, continuous, prismatic and fixed joints with finite numbers.
 pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     read_urdf_with(text, file, ReadOptions::default())
 }
 
-/// As [`read_urdf`], with options.
+/// Reads a robot from URDF as [`read_urdf`], with options.
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
-    let source = Source { file };
+    let source = DescriptionFile { file };
     no_values(source, options.values)?;
     let checked = check(source, text, options.floating_base)?;
     let model = urdf_rs::read_from_string(&checked.text)
@@ -58,7 +58,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         return Err(source.place(checked.at, "no joint of the robot moves by itself"));
     }
     let base = jointed::base(&carried(&model, &checked, &rooted));
-    let rest = Rest {
+    let rest = FileContext {
         name: if model.name.trim().is_empty() { "robot".into() } else { model.name },
         base,
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
@@ -74,14 +74,14 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
 }
 
 /// Refuses values of symbols, since a URDF has none.
-fn no_values(source: Source, values: &[(String, f64)]) -> Result<(), Error> {
+fn no_values(source: DescriptionFile, values: &[(String, f64)]) -> Result<(), Error> {
     match values.first() {
         Some((name, _)) => Err(source.whole(no_symbol(name, &[]))),
         None => Ok(()),
     }
 }
 
-/// The note on a joint that no longer follows another.
+/// The note on a mimic joint that is read as an independent coordinate.
 fn freed(joint: &urdf_rs::Joint, mimic: Mimic) -> Option<Note> {
     let text = "mimics another joint in the file; read as a coordinate of its own, as was asked";
     let is_freed = joint.mimic.is_some() && mimic == Mimic::Independent;
@@ -91,7 +91,7 @@ fn freed(joint: &urdf_rs::Joint, mimic: Mimic) -> Option<Note> {
 fn file_joint(
     model: &urdf_rs::Robot,
     checked: &Checked,
-    moving: &Moving,
+    moving: &MovingLink,
     follows: Follows,
     limits: Limits,
     notes: &mut Vec<Note>,
@@ -99,7 +99,7 @@ fn file_joint(
     let joint = &model.joints[moving.joint];
     let carried = carried(model, checked, &moving.carried);
     note_weightless(&joint.child.link, &carried, checked, notes);
-    // urdf-rs reads what is missing as zero; only what the text has is known.
+    // urdf-rs reads missing values as zero; only values in the text are known.
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -123,12 +123,12 @@ fn file_joint(
     }
 }
 
-/// Some links of the file and their places, with what they weigh and their shapes.
-fn carried(model: &urdf_rs::Robot, checked: &Checked, places: &[(usize, Pose)]) -> Vec<Carried> {
+/// The bodies of links of the file with the given poses, with their inertials and shapes.
+fn carried(model: &urdf_rs::Robot, checked: &Checked, places: &[(usize, Pose)]) -> Vec<LumpedBody> {
     let of = |(index, pose): &(usize, Pose)| {
         let link = &model.links[*index];
         let has_inertial = checked.links.get(&link.name).is_some_and(|mark| mark.has_inertial);
-        Carried {
+        LumpedBody {
             name: link.name.clone(),
             pose: *pose,
             part: has_inertial.then(|| part(link)),
@@ -138,7 +138,7 @@ fn carried(model: &urdf_rs::Robot, checked: &Checked, places: &[(usize, Pose)]) 
     places.iter().map(of).collect()
 }
 
-/// What a link weighs, in its own frame.
+/// The inertial of a link, in its own frame.
 fn part(link: &urdf_rs::Link) -> Part {
     let origin = &link.inertial.origin;
     let i = &link.inertial.inertia;
@@ -151,13 +151,13 @@ fn part(link: &urdf_rs::Link) -> Part {
 }
 
 /// Notes on links without an inertial.
-fn note_weightless(link: &str, carried: &[Carried], checked: &Checked, notes: &mut Vec<Note>) {
+fn note_weightless(link: &str, carried: &[LumpedBody], checked: &Checked, notes: &mut Vec<Note>) {
     let mut note = |text: String| notes.push(Note { subject: link.into(), text });
     if carried.iter().all(|one| one.part.is_none()) {
         note("has no inertial: its standard parameters are unknown".into());
         return;
     }
-    // A link without an inertial weighs nothing; where it has a shape, the user is told.
+    // A link without an inertial has zero mass; where it has a shape, a note tells the user.
     for one in carried.iter().filter(|one| one.part.is_none()) {
         if checked.links.get(&one.name).is_some_and(|mark| mark.has_shape) {
             note(format!("`{}` has no inertial and counts as massless", one.name));
@@ -165,8 +165,8 @@ fn note_weightless(link: &str, carried: &[Carried], checked: &Checked, notes: &m
     }
 }
 
-/// The positions that the safety controller leaves within those of the limit, where it leaves fewer. Without a range, as where it
-/// has gains alone, it limits none.
+/// The intersection of the limits with the soft limits of the safety controller; `None` where this is not narrower, or where
+/// the controller has no range (gains alone).
 fn soft_limits(joint: &urdf_rs::Joint, (low, high): (f64, f64)) -> Option<(f64, f64)> {
     let soft = joint.safety_controller.as_ref()?;
     let both = (low.max(soft.soft_lower_limit), high.min(soft.soft_upper_limit));
@@ -187,9 +187,9 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
     let limit = &joint.limit;
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-    // What is not written counts as zero: then nobody meant to hold the joint still.
+    // Missing limits count as zero; then an empty range does not lock the joint.
     let is_written = checked.joints.get(&joint.name).is_some_and(|m| m.has_range);
-    // Exporters of drawings write zeros where they know nothing; a joint that someone holds still has a speed or a torque.
+    // CAD exporters write zeros for unknown limits; an intentionally locked joint has a velocity or an effort.
     let is_blank = [limit.lower, limit.upper, limit.velocity, limit.effort].iter().all(|x| *x == 0.0);
     let has_range = !is_blank && (is_written || limit.lower < limit.upper);
     let position = (!turns && has_range).then_some((limit.lower, limit.upper));
@@ -199,7 +199,7 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
     match position {
         None if !turns && is_blank => note("has a <limit> of zeros alone: taken as unlimited"),
-        None if !turns => note("has limits that leave no range: taken as unlimited"),
+        None if !turns => note("has an empty range of limits: taken as unlimited"),
         Some((low, high)) if low == high => note("has the same lower and upper limit: it stands still"),
         Some((low, high)) if low > high => note("has a lower limit above its upper one: no motion keeps both"),
         _ => {}

@@ -1,8 +1,8 @@
-//! A first reading of a URDF text, for what urdf-rs hides or cannot place.
+//! A first reading of a URDF text, for data that urdf-rs does not provide.
 //!
-//! urdf-rs gives a robot its data but no line numbers. It reads a missing inertial as a massless link and a missing
-//! limit as zeros, and it accepts NaN. Here every element that describes the mechanism is checked where it stands, and
-//! written out again, alone and flat, for urdf-rs.
+//! urdf-rs has no line numbers. It reads a missing inertial as a massless link and a missing
+//! limit as zeros, and it accepts NaN. Here every element of the mechanism is checked with its line, and a text with these
+//! elements only is written for urdf-rs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::finding::Finding;
 use crate::format::budget::MAX_LINKS;
 use crate::format::expression::LARGEST_NUMBER;
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 use crate::robot::Note;
@@ -24,10 +24,10 @@ use gate::suggestion::{did_you_mean, nearest};
 
 /// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
 /// whether it is required.
-type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
+type UrdfElement = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 /// The elements that are read, with their children and their attributes.
-const KNOWN_ELEMENTS: [Element; 14] = [
+const KNOWN_ELEMENTS: [UrdfElement; 14] = [
     ("robot", &["link", "joint"], &[("name", 0, false)]),
     ("link", &["inertial"], &[("name", 0, true)]),
     ("inertial", &["origin", "mass", "inertia"], &[]),
@@ -66,7 +66,7 @@ const KNOWN_ELEMENTS: [Element; 14] = [
     ("mimic", &[], &[("joint", 0, true), ("multiplier", 1, false), ("offset", 1, false)]),
 ];
 
-/// Elements of a URDF that nothing here needs.
+/// Elements of a URDF that are not needed here.
 const UNUSED_ELEMENTS: &str = "visual collision contact self_collision_checking calibration material transmission gazebo \
     sensor";
 
@@ -75,28 +75,28 @@ const REQUIRED_CHILDREN: [(&str, &str); 4] =
     [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
 
 /// Line and column of an element.
-pub(super) type At = (usize, usize);
+pub(super) type Position = (usize, usize);
 
-/// Where a link stands and what it has.
+/// The place of a link and the elements that it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkMark {
-    pub at: At,
+    pub at: Position,
     pub has_inertial: bool,
-    /// A visual or a collision: something of substance.
+    /// Whether it has a visual or a collision.
     pub has_shape: bool,
 }
 
-/// Where a joint stands and what it has.
+/// The places of a joint and the attributes that it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointMark {
-    pub at: At,
-    pub axis_at: At,
-    pub parent_at: At,
-    pub child_at: At,
-    pub mimic_at: At,
+    pub at: Position,
+    pub axis_at: Position,
+    pub parent_at: Position,
+    pub child_at: Position,
+    pub mimic_at: Position,
     pub has_limit: bool,
     pub has_velocity: bool,
-    /// Whether both of its positions are written.
+    /// Whether both position limits are written.
     pub has_range: bool,
     pub has_damping: bool,
     pub has_friction: bool,
@@ -105,29 +105,29 @@ pub(super) struct JointMark {
 /// A checked text.
 #[derive(Clone, Debug)]
 pub(super) struct Checked {
-    /// The mechanism alone, as XML.
+    /// The elements of the mechanism as XML.
     pub text: String,
-    pub at: At,
+    pub at: Position,
     pub links: BTreeMap<String, LinkMark>,
     pub joints: BTreeMap<String, JointMark>,
     /// The shapes of each link, in its frame in the file.
     pub collisions: BTreeMap<String, Vec<Collision>>,
-    /// What was taken otherwise than it stands there, and what was left out.
+    /// Notes on values that were read differently, and on ignored elements.
     pub notes: Vec<Note>,
-    /// What lint tells of the text.
+    /// The findings of lint about the text.
     pub oddities: Vec<Finding>,
 }
 
-/// The largest limit of a joint.
+/// Largest magnitude of a joint limit, SI units.
 const LARGEST_LIMIT: f64 = 1e100;
 
-/// Checks a text; `floats`: whether the base is asked to float, so that the joint which says so is left out.
-pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked, Error> {
+/// Checks a text; `floats`: whether a floating base was requested, so that a floating root joint is omitted.
+pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
     let base = if floats { floating_root(root) } else { None };
     let mut reader =
-        Reader { source, document: &document, out: String::new(), notes: Vec::new(), left_out: Vec::new() };
+        UrdfChecker { source, document: &document, out: String::new(), notes: Vec::new(), left_out: Vec::new() };
     if let Some((joint, link)) = base {
         let text = "lets the base float, as is asked for: neither it nor its parent is a part of the robot";
         reader.notes.push(Note { subject: joint.attribute("name").unwrap_or("").to_string(), text: text.into() });
@@ -164,7 +164,7 @@ pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked,
     })
 }
 
-/// What to write instead of a word that is no number.
+/// The remedy for a word that is no number.
 fn way_out(tag: &str, word: &str) -> &'static str {
     let lower = word.to_lowercase();
     match () {
@@ -175,16 +175,16 @@ fn way_out(tag: &str, word: &str) -> &'static str {
     }
 }
 
-struct Reader<'a, 'i> {
-    source: Source<'a>,
+struct UrdfChecker<'a, 'i> {
+    source: DescriptionFile<'a>,
     document: &'a Document<'i>,
     out: String,
     notes: Vec<Note>,
-    /// Elements of the robot that are read as if they were not there.
+    /// Elements of the robot that are ignored.
     left_out: Vec<Node<'a, 'i>>,
 }
 
-/// The joint that lets the base float or slide over the ground, and its parent, where that is nothing but the ground.
+/// The joint that lets the base float or slide over the ground, and its parent; `None` where the parent has other joints.
 fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, 'i>)> {
     let joints = || root.children().filter(|n| n.has_tag_name("joint"));
     let end = |joint: Node, tag: &str| first(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
@@ -196,18 +196,18 @@ fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, '
     is_ground.then_some((joint, link))
 }
 
-impl<'a, 'i> Reader<'a, 'i> {
+impl<'a, 'i> UrdfChecker<'a, 'i> {
     fn error(&self, node: Node, message: String) -> Error {
         let at = self.at(node);
         self.source.error(at.0, at.1, message)
     }
 
-    fn at(&self, node: Node) -> At {
+    fn at(&self, node: Node) -> Position {
         let at = self.document.text_pos_at(node.range().start);
         (at.row as usize, at.col as usize)
     }
 
-    /// Checks an element and what it holds, and writes it out; `owner` names its link or joint.
+    /// Checks an element with its children, and writes it to `out`; `owner` names its link or joint.
     fn copy(&mut self, node: Node<'a, 'i>, owner: &str) -> Result<(), Error> {
         if self.left_out.contains(&node) {
             return Ok(());
@@ -229,7 +229,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                     let value = self.attribute(node, &named, attribute, value, count)?;
                     let _ = write!(self.out, " {attribute}=\"{value}\"");
                 }
-                // The library of URDFs wants one; zero is none (read.rs).
+                // urdf-rs requires a velocity; zero counts as none (read.rs).
                 None if (tag, attribute) == ("limit", "velocity") => self.out += " velocity=\"0\"",
                 None if attribute == "k_velocity" => self.out += " k_velocity=\"0\"",
                 None if required => {
@@ -272,7 +272,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(())
     }
 
-    /// An attribute's value, written for XML; its numbers are finite and as many as they must be.
+    /// The value of an attribute, escaped for XML. Fails where its numbers are not finite or their count is wrong.
     fn attribute(&self, node: Node, named: &str, attribute: &str, value: &str, count: usize) -> Result<String, Error> {
         let place = format!("`{attribute}` in <{}> of {named}", node.tag_name().name());
         if count == 0 {
@@ -288,7 +288,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
-        // A limit may be beyond reach on purpose.
+        // A limit may be very large on purpose.
         let largest = if node.tag_name().name() == "limit" { LARGEST_LIMIT } else { LARGEST_NUMBER };
         for word in &words {
             match word.parse::<f64>() {

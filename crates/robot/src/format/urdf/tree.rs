@@ -1,57 +1,57 @@
-//! The tree of a URDF: its root, its moving links in order, and what each of them carries.
+//! The tree of a URDF: its root, its moving links in order, and the links fixed to each of them.
 //!
-//! Order: depth first, the joints of a link by their names, fixed joints among them. It is the
-//! order of Pinocchio and of others that keep the joints of a URDF sorted.
+//! Order: depth first, the joints of a link (including fixed joints) sorted by name. Pinocchio and other programs
+//! that sort the joints of a URDF have this order.
 
 use std::collections::BTreeMap;
 
 use urdf_rs::JointType;
 
-use super::text::{At, Checked, JointMark};
-use crate::angle_snap::{self, Angles};
+use super::text::{Checked, JointMark, Position};
+use crate::angle_snap::{self, AngleSnapping};
 use crate::error::Error;
-use crate::format::node::Source;
-use crate::format::reframe::Given;
+use crate::format::node::DescriptionFile;
+use crate::format::reframe::JointPlacement;
 use crate::format::shown::shown;
 use crate::inertial::Pose;
 use crate::robot::Note;
 use crate::value::Value;
 use gate::suggestion::did_you_mean;
 
-/// A moving link: its joint, and the links fixed to it with their place in its joint frame.
+/// A moving link: its joint, and the links fixed to it with their poses in its joint frame.
 #[derive(Clone, Debug)]
-pub(super) struct Moving {
+pub(super) struct MovingLink {
     /// Index in the file's joints.
     pub joint: usize,
-    pub given: Given,
-    /// Index in the file's links, the moving link itself among them, in the order of the file.
+    pub given: JointPlacement,
+    /// Indices in the file's links and poses, including the moving link itself, in the order of the file.
     pub carried: Vec<(usize, Pose)>,
 }
 
-/// The links of a robot as they move.
+/// The links of a robot, grouped by the moving link that carries them.
 pub(super) struct MovingLinks {
-    /// Antecedents first.
-    pub moving: Vec<Moving>,
-    /// The root and the links fixed to it, by index in the file's links, with their place in the root.
+    /// The moving links, antecedents first.
+    pub moving: Vec<MovingLink>,
+    /// The root and the links fixed to it, by index in the file's links, with their poses in the root.
     pub rooted: Vec<(usize, Pose)>,
 }
 
-/// The moving links. `floating`: whether the root will move, so that no link needs to.
+/// The moving links. `floating`: whether the base floats; then a robot without joints is allowed.
 pub(super) fn moving_links(
-    source: Source,
+    source: DescriptionFile,
     checked: &Checked,
     model: &urdf_rs::Robot,
-    angles: Angles,
+    angles: AngleSnapping,
     floating: bool,
     snapped: &mut Vec<Note>,
 ) -> Result<MovingLinks, Error> {
     let link_index: BTreeMap<&str, usize> = model.links.iter().enumerate().map(|(k, l)| (l.name.as_str(), k)).collect();
     let tree = Tree::new(source, checked, model, &link_index)?;
-    let mut moving: Vec<Moving> = Vec::new();
+    let mut moving: Vec<MovingLink> = Vec::new();
     let mut rooted = vec![(tree.root, Pose::IDENTITY)];
     let mut reached = vec![false; model.joints.len()];
-    // Each entry: a joint to follow, the moving link it hangs on, and the pose of its parent link in the joint frame of
-    // that.
+    // Each entry: a joint to visit, the moving link that carries it, and the pose of its parent link in the joint frame of
+    // this moving link.
     let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
     let push = |link: usize, carrier, pose, stack: &mut Vec<_>| {
         stack.extend(tree.below[link].iter().rev().map(|&j| (j, carrier, pose)));
@@ -74,8 +74,8 @@ pub(super) fn moving_links(
         })?;
         note_axis(joint, axis, snapped);
         let prismatic = joint.joint_type == JointType::Prismatic;
-        let given = Given { antecedent: carrier, pose, axis, prismatic };
-        moving.push(Moving { joint: j, given, carried: vec![(child, Pose::IDENTITY)] });
+        let given = JointPlacement { antecedent: carrier, pose, axis, prismatic };
+        moving.push(MovingLink { joint: j, given, carried: vec![(child, Pose::IDENTITY)] });
         push(child, Some(moving.len() - 1), Pose::IDENTITY, &mut stack);
     }
     if let Some(j) = reached.iter().position(|r| !r) {
@@ -92,19 +92,25 @@ pub(super) fn moving_links(
     Ok(MovingLinks { moving, rooted })
 }
 
+/// Largest number of joints that are followed to find a circle.
+const MAX_CIRCLE_JOINTS: usize = 1000;
+/// Joints that a message lists of a longer circle.
+const LISTED_JOINTS: usize = 5;
+
 struct Tree {
-    /// Index of the one link that is nobody's child.
+    /// Index of the single link that is not a child.
     root: usize,
-    /// The joints on each link, by name.
+    /// The joints on each link, sorted by name.
     below: Vec<Vec<usize>>,
-    /// The parent and the child link of each joint.
+    /// The parent link of each joint.
     parent: Vec<usize>,
+    /// The child link of each joint.
     child: Vec<usize>,
 }
 
 impl Tree {
     fn new(
-        source: Source,
+        source: DescriptionFile,
         checked: &Checked,
         model: &urdf_rs::Robot,
         link_index: &BTreeMap<&str, usize>,
@@ -112,9 +118,9 @@ impl Tree {
         let mut below: Vec<Vec<usize>> = vec![Vec::new(); model.links.len()];
         let mut above: Vec<Option<usize>> = vec![None; model.links.len()];
         let (mut parents, mut children) = (Vec::new(), Vec::new());
-        // What stands above each link, and what below.
+        // The joint above each link, and the joints below.
         for (j, joint) in model.joints.iter().enumerate() {
-            let find = |role: &str, name: &str, at: fn(&JointMark) -> At| {
+            let find = |role: &str, name: &str, at: fn(&JointMark) -> Position| {
                 link_index.get(name).copied().ok_or_else(|| {
                     let meant = did_you_mean(name, link_index.keys().copied());
                     let message =
@@ -138,7 +144,7 @@ impl Tree {
             parents.push(parent);
             children.push(child);
         }
-        // The order of Pinocchio: the joints of a link by their names.
+        // The order of Pinocchio: the joints of a link sorted by name.
         for joints in &mut below {
             joints.sort_by_key(|&j| &model.joints[j].name);
         }
@@ -166,7 +172,7 @@ impl Tree {
         }
     }
 
-    /// The names of the joints of the circle above a joint.
+    /// The names of the joints of the circle above a joint, for a message.
     fn circle(&self, model: &urdf_rs::Robot, start: usize) -> Vec<String> {
         let above: BTreeMap<usize, usize> = self.child.iter().enumerate().map(|(j, &link)| (link, j)).collect();
         let mut seen: Vec<usize> = Vec::new();
@@ -177,13 +183,13 @@ impl Tree {
                 return names.collect();
             }
             seen.push(j);
-            // A message needs no more. For a longer circle it lists the first joints.
-            if seen.len() > 1000 {
+            // For a longer circle the message lists the first joints.
+            if seen.len() > MAX_CIRCLE_JOINTS {
                 break;
             }
             at = above.get(&self.parent[j]).copied();
         }
-        seen.iter().take(5).map(|&j| format!("`{}`", shown(&model.joints[j].name))).collect()
+        seen.iter().take(LISTED_JOINTS).map(|&j| format!("`{}`", shown(&model.joints[j].name))).collect()
     }
 }
 
@@ -191,8 +197,8 @@ fn mark<'a>(checked: &'a Checked, joint: &urdf_rs::Joint) -> Option<&'a JointMar
     checked.joints.get(&joint.name)
 }
 
-/// The joint frame in the parent link's frame, with the angles that were meant.
-fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Pose {
+/// The pose of the joint frame in the parent link's frame, with exact angles.
+fn origin(joint: &urdf_rs::Joint, angles: AngleSnapping, snapped: &mut Vec<Note>) -> Pose {
     let given = *joint.origin.rpy;
     let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {

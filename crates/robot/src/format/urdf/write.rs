@@ -1,15 +1,15 @@
 //! A robot written as a URDF: link frames are Khalil's, so that every joint turns about its own z.
 //!
-//! The joint frame of a URDF at q = 0 is iTj of the table with the constant part of the joint
-//! variable in it. Inertias go about the centre of mass, in the axes of the link frame. A URDF is a
+//! The joint frame of a URDF at q = 0 is iTj of the table, including the constant part of the joint
+//! variable. Inertias are about the centre of mass, in the axes of the link frame. A URDF is a
 //! tree with numbers: loops are cut, symbols become their values, and a joint that follows exactly
-//! one other by a factor and an offset mimics it.
+//! one other joint by a factor and an offset mimics it.
 
 use crate::inertial::{Matrix3, Part, Pose};
 use crate::robot::{Drive, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
 use crate::value::CoordinateId;
 
-/// The text, and what it could not carry.
+/// The URDF text of a robot, and notes on properties that a URDF cannot express.
 pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
     let names = unique(robot.links.iter().map(|l| carried(&l.name)), "base");
     let joints = unique(robot.links.iter().map(|l| carried(joint_name(robot, l))), "");
@@ -25,11 +25,12 @@ pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
     (writer.text, writer.notes)
 }
 
-/// The text so far, and what it could not carry.
+/// The text so far, and the notes.
 struct Writer<'a> {
     robot: &'a Robot,
-    /// Of the links and of the joints, each once.
+    /// The unique names of the links.
     names: Vec<String>,
+    /// The unique names of the joints.
     joints: Vec<String>,
     text: String,
     notes: Vec<Note>,
@@ -71,7 +72,7 @@ impl Writer<'_> {
         self.line("  </link>".into());
     }
 
-    /// `<joint>`: its frame at q = 0 in that of the link before it, then how it moves.
+    /// `<joint>`: its pose at q = 0 in the frame of its antecedent, then its axis, limits and dynamics.
     fn joint(&mut self, j: LinkId) {
         let link = self.robot.link(j);
         let moves = !link.joint.variable.terms.is_empty() && link.joint.kind != JointKind::Fixed;
@@ -114,7 +115,7 @@ impl Writer<'_> {
     fn axis_and_limit(&mut self, j: LinkId, limits: Limits) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
-        // A coordinate that runs against its joint turns the axis.
+        // The axis is reversed where the coordinate has the factor -1.
         let against = joint.drive == Drive::Actuated && joint.variable.terms[0].1 < 0.0;
         self.line(format!("    <axis xyz=\"0 0 {}\"/>", if against { "-1" } else { "1" }));
         let mut attributes = String::new();
@@ -131,7 +132,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `<dynamics>`, and notes what of the drive a URDF cannot express.
+    /// Writes `<dynamics>`, and adds notes on the properties of the drive that a URDF cannot express.
     fn dynamics(&mut self, j: LinkId) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
@@ -153,7 +154,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `<mimic>` where the joint follows one coordinate that a joint of its own moves.
+    /// `<mimic>` where the joint follows one coordinate that has its own joint.
     fn mimic(&mut self, j: LinkId) {
         let leader = match &self.robot.link(j).joint.variable.terms[..] {
             [(k, c)] => self.robot.joint_of(*k).map(|leader| (self.joints[leader.0].clone(), c)),
@@ -198,7 +199,7 @@ impl Writer<'_> {
     }
 }
 
-/// The name of the coordinate where the joint alone moves it, otherwise that of the joint.
+/// The name of the coordinate where the joint is actuated by it alone, otherwise the name of the joint.
 fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
     match (link.joint.drive, &link.joint.variable.terms[..]) {
         (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k),
@@ -211,10 +212,10 @@ fn range(limits: &Limits) -> Option<(f64, f64)> {
     limits.position.filter(|p| p.0.is_finite() && p.1.is_finite())
 }
 
-/// cos(pitch) below which roll and yaw turn about one line but for rounding.
+/// cos(pitch) below which roll and yaw turn about one line within rounding.
 const UPRIGHT_COSINE: f64 = 1e-12;
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll).
+/// Roll, pitch and yaw, rad, of R = Rz(yaw) Ry(pitch) Rx(roll).
 fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     let across = r[0][0].hypot(r[1][0]);
     let pitch = (-r[2][0]).atan2(across);

@@ -1,17 +1,17 @@
-//! The tree of a file with macros: elements, whether they are xacro's own, and texts; comments are left out.
+//! The tree of a file with macros: elements, whether they are in the name space of xacro, and texts, without comments.
 
 use std::rc::Rc;
 
 use crate::error::{Error, Place};
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 
-/// Deeper nesting is no robot.
-const MAX_DEPTH: usize = 200;
+/// Largest depth of nested elements, above the depth of any robot.
+const MAX_ELEMENT_DEPTH: usize = 200;
 
 #[derive(Debug)]
-pub(super) struct Element {
+pub(super) struct XacroElement {
     pub tag: String,
     /// Whether it is in the name space of xacro.
     pub is_macro: bool,
@@ -23,16 +23,16 @@ pub(super) struct Element {
 
 #[derive(Clone, Debug)]
 pub(super) enum Child {
-    Element(Rc<Element>),
+    Element(Rc<XacroElement>),
     Text(String),
 }
 
-impl Element {
+impl XacroElement {
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
     }
 
-    /// The value of an attribute that must be there.
+    /// The value of a required attribute. Fails where it is missing.
     pub(super) fn needed(&self, name: &str) -> Result<&str, Error> {
         self.attribute(name).ok_or_else(|| self.error(format!("<xacro:{}> has no `{name}`", shown(&self.tag))))
     }
@@ -43,21 +43,21 @@ impl Element {
 }
 
 /// The root of a file.
-pub(super) fn read(text: &str, file: &str) -> Result<Rc<Element>, Error> {
-    let document = document(Source { file }, text, "a xacro")?;
+pub(super) fn read(text: &str, file: &str) -> Result<Rc<XacroElement>, Error> {
+    let document = document(DescriptionFile { file }, text, "a xacro")?;
     element(document.root_element(), &Rc::from(file), 0)
 }
 
-fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<Element>, Error> {
+fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<XacroElement>, Error> {
     let line = node.document().text_pos_at(node.range().start).row as usize;
     let tag = node.tag_name();
-    // Any address of xacro: there are several in use.
+    // Any address of the name space of xacro: several are in use.
     let is_macro = tag.namespace().is_some_and(|space| space.trim_end_matches('/').ends_with("xacro"));
     let attributes = node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect();
     let mut found =
-        Element { tag: tag.name().into(), is_macro, attributes, children: Vec::new(), file: file.clone(), line };
-    if depth > MAX_DEPTH {
-        return Err(found.error(format!("elements stand {MAX_DEPTH} deep in each other: no robot is so deep")));
+        XacroElement { tag: tag.name().into(), is_macro, attributes, children: Vec::new(), file: file.clone(), line };
+    if depth > MAX_ELEMENT_DEPTH {
+        return Err(found.error(format!("elements stand {MAX_ELEMENT_DEPTH} deep in each other: no robot is so deep")));
     }
     for child in node.children() {
         if child.is_element() {
@@ -69,7 +69,7 @@ fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<Ele
     Ok(Rc::new(found))
 }
 
-/// Writes an element as XML; beyond the bound nothing more is written, so that it is no XML.
+/// Writes an element as XML. Above `most` bytes nothing more is written, so that the text is no valid XML.
 pub(super) fn write(child: &Child, most: usize, out: &mut String) {
     if out.len() > most {
         return;

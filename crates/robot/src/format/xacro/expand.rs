@@ -1,33 +1,33 @@
-//! Writes a description with macros out, in the order of its elements, as Python's xacro does.
+//! Expands a description with macros, in the order of its elements, as Python's xacro does.
 //!
-//! A property is evaluated when it is first asked for, in the scope that it was defined in. A macro sees what its caller
-//! sees. Blocks are written out before they are handed over.
+//! A property is evaluated when it is first used, in the scope of its definition. All names of the caller are visible in a
+//! macro. Blocks are expanded before they are passed to a macro.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::element::{Child, Element, read, write};
+use super::element::{Child, XacroElement, read, write};
 use super::expression;
 use super::files::Files;
 use super::parameters::{Parameter, parameters};
-use super::value::{MAX_TEXT_BYTES, Names, Value, in_si};
+use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue, in_si};
 use crate::error::Error;
-use crate::format::node::Source;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 
-/// Most bytes of all texts that are made.
-const MAX_BYTES: usize = 64 << 20;
-/// Most elements and texts that are looked at.
-const MAX_WORK: usize = 500_000;
-/// Macros and includes that stand in one another.
-const MAX_DEPTH: usize = 60;
-/// Elements that stand in one another, those of macros counted.
-const MAX_NESTED: usize = 300;
+/// Largest total size of all expanded texts, bytes.
+const MAX_EXPANDED_BYTES: usize = 64 << 20;
+/// Largest number of expanded elements and texts.
+const MAX_EXPANDED_NODES: usize = 500_000;
+/// Largest depth of nested macro calls and includes.
+const MAX_CALL_DEPTH: usize = 60;
+/// Largest depth of nested elements, including the elements of macros.
+const MAX_ELEMENT_DEPTH: usize = 300;
 
-/// The text of a description written out. `arguments`: values of `$(arg)`; `packages`: folders of `$(find)`.
+/// The expanded text of a description. `arguments`: values of `$(arg)`; `packages`: folders of `$(find)`.
 ///
-/// Fails, with file and line, on what is no xacro, on what asks the host, and on what grows beyond all robots.
+/// Fails, with file and line, where the text is no xacro, needs data of the host, or exceeds the bounds.
 pub(in crate::format) fn expanded(
     text: &str,
     file: &str,
@@ -42,42 +42,42 @@ pub(in crate::format) fn expanded(
         macros: BTreeMap::new(),
         scopes: vec![Scope::default()],
         declared: BTreeSet::new(),
-        work: MAX_WORK,
-        bytes: MAX_BYTES,
+        work: MAX_EXPANDED_NODES,
+        bytes: MAX_EXPANDED_BYTES,
         nested: 0,
         depth: 0,
     };
     let mut out = Vec::new();
     expander.element(&root, &mut out)?;
     let mut written = String::new();
-    out.iter().for_each(|child| write(child, MAX_BYTES, &mut written));
+    out.iter().for_each(|child| write(child, MAX_EXPANDED_BYTES, &mut written));
     let unused = arguments.iter().find(|(name, _)| !expander.declared.contains(name));
     match unused {
         Some((name, _)) => {
             let all: Vec<String> = expander.declared.into_iter().collect();
             let has = if all.is_empty() { "none".into() } else { all.join(", ") };
-            Err(Source { file }
+            Err(DescriptionFile { file }
                 .whole(format!("[arg]: the description has no argument `{}`; it has {has}", shown(name))))
         }
         None => Ok(written),
     }
 }
 
-/// A macro: its parameters with their defaults, and what it writes.
+/// A macro: its parameters with their defaults, and its body.
 #[derive(Debug)]
 struct Macro {
     parameters: Vec<Parameter>,
-    body: Rc<Element>,
+    body: Rc<XacroElement>,
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Debug)]
 enum Meaning {
-    /// Not yet evaluated.
+    /// The text of a property that is not yet evaluated.
     Raw(String),
-    Value(Value),
+    Value(XacroValue),
     Block(Vec<Child>),
-    /// Being evaluated.
+    /// A property whose evaluation is in progress, to detect circular definitions.
     Open,
 }
 
@@ -91,23 +91,29 @@ struct Expander<'a> {
     arguments: BTreeMap<String, String>,
     macros: BTreeMap<String, Rc<Macro>>,
     scopes: Vec<Scope>,
-    /// Names of the arguments.
+    /// Names of the declared or used arguments.
     declared: BTreeSet<String>,
+    /// Elements and texts that may still be expanded.
     work: usize,
-    /// Bytes of texts that may still be made.
+    /// Bytes of texts that may still be created.
     bytes: usize,
-    /// Elements that stand in one another.
+    /// Current depth of nested elements.
     nested: usize,
+    /// Current depth of nested macro calls and includes.
     depth: usize,
 }
 
 impl Expander<'_> {
-    fn element(&mut self, element: &Rc<Element>, out: &mut Vec<Child>) -> Result<(), Error> {
+    fn element(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         self.work = self.work.checked_sub(1).ok_or_else(|| {
-            element.error(format!("more than {MAX_WORK} elements and texts are written out: no robot has so many"))
+            element.error(format!(
+                "more than {MAX_EXPANDED_NODES} elements and texts are written out: no robot has so many"
+            ))
         })?;
-        if self.nested == MAX_NESTED {
-            return Err(element.error(format!("elements stand {MAX_NESTED} deep in each other: no robot is so deep")));
+        if self.nested == MAX_ELEMENT_DEPTH {
+            return Err(
+                element.error(format!("elements stand {MAX_ELEMENT_DEPTH} deep in each other: no robot is so deep"))
+            );
         }
         self.nested += 1;
         let done = if element.is_macro { self.own(element, out) } else { self.plain(element, out) };
@@ -115,15 +121,15 @@ impl Expander<'_> {
         done
     }
 
-    /// An element that is written.
-    fn plain(&mut self, element: &Rc<Element>, out: &mut Vec<Child>) -> Result<(), Error> {
+    /// Expands an element that is written to the output.
+    fn plain(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         let mut attributes = Vec::with_capacity(element.attributes.len());
         for (name, value) in &element.attributes {
             attributes.push((name.clone(), self.text(value, element)?.text()));
         }
         let mut children = Vec::new();
         self.children(&element.children, element, &mut children)?;
-        out.push(Child::Element(Rc::new(Element {
+        out.push(Child::Element(Rc::new(XacroElement {
             tag: element.tag.clone(),
             is_macro: false,
             attributes,
@@ -134,7 +140,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn children(&mut self, children: &[Child], parent: &Element, out: &mut Vec<Child>) -> Result<(), Error> {
+    fn children(&mut self, children: &[Child], parent: &XacroElement, out: &mut Vec<Child>) -> Result<(), Error> {
         for child in children {
             match child {
                 Child::Element(element) => self.element(element, out)?,
@@ -147,8 +153,8 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// An element of xacro itself, or the call of a macro.
-    fn own(&mut self, element: &Rc<Element>, out: &mut Vec<Child>) -> Result<(), Error> {
+    /// Executes an element of xacro itself, or the call of a macro.
+    fn own(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         match element.tag.as_str() {
             "include" => self.include(element, out),
             "property" => self.property(element),
@@ -186,13 +192,13 @@ impl Expander<'_> {
         }
     }
 
-    fn include(&mut self, element: &Rc<Element>, out: &mut Vec<Child>) -> Result<(), Error> {
+    fn include(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         if element.attribute("ns").is_some() {
             return Err(element.error("<xacro:include ns=..> is not read: expand the file by `xacro`"));
         }
         let name = self.text(element.needed("filename")?, element)?.text();
         let (text, file) = match self.files.text(&name, &element.file) {
-            Err(_) if element.attribute("optional").is_some_and(|o| Value::literal(o).truth() == Some(true)) => {
+            Err(_) if element.attribute("optional").is_some_and(|o| XacroValue::literal(o).truth() == Some(true)) => {
                 return Ok(());
             }
             found => found.map_err(|e| element.error(e))?,
@@ -201,10 +207,10 @@ impl Expander<'_> {
         self.deeper(element, |expander| expander.children(&root.children, &root, out))
     }
 
-    /// Goes on within a macro or an included file.
-    fn deeper(&mut self, element: &Element, go: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
-        if self.depth == MAX_DEPTH {
-            return Err(element.error(format!("more than {MAX_DEPTH} macros and includes stand in one another")));
+    /// Expands the content of a macro or of an included file. Fails where they are nested too deep.
+    fn deeper(&mut self, element: &XacroElement, go: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        if self.depth == MAX_CALL_DEPTH {
+            return Err(element.error(format!("more than {MAX_CALL_DEPTH} macros and includes stand in one another")));
         }
         self.depth += 1;
         let done = go(self);
@@ -212,7 +218,7 @@ impl Expander<'_> {
         done
     }
 
-    fn property(&mut self, element: &Rc<Element>) -> Result<(), Error> {
+    fn property(&mut self, element: &Rc<XacroElement>) -> Result<(), Error> {
         let name = self.text(element.needed("name")?, element)?.text();
         let is_known = self.scopes.iter().any(|scope| scope.names.contains_key(&name));
         let meaning = match (element.attribute("value"), element.attribute("default")) {
@@ -224,7 +230,7 @@ impl Expander<'_> {
         let last = self.scopes.len() - 1;
         let (place, meaning) = match (element.attribute("scope"), meaning) {
             (None, meaning) => (last, meaning),
-            // What goes out of a macro is evaluated within it.
+            // A property for an outer scope is evaluated within the macro.
             (Some(scope), Meaning::Raw(raw)) => {
                 let value = self.text(&raw, element)?;
                 (if scope == "global" { 0 } else { last.saturating_sub(1) }, Meaning::Value(literal(value)))
@@ -235,7 +241,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn argument(&mut self, element: &Rc<Element>) -> Result<(), Error> {
+    fn argument(&mut self, element: &Rc<XacroElement>) -> Result<(), Error> {
         let name = self.text(element.needed("name")?, element)?.text();
         self.declared.insert(name.clone());
         if let (Some(default), false) = (element.attribute("default"), self.arguments.contains_key(&name)) {
@@ -245,7 +251,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn define(&mut self, element: &Rc<Element>) -> Result<(), Error> {
+    fn define(&mut self, element: &Rc<XacroElement>) -> Result<(), Error> {
         let name = element.needed("name")?;
         let name = name.strip_prefix("xacro:").unwrap_or(name);
         let parameters = parameters(element.attribute("params").unwrap_or("")).map_err(|e| element.error(e))?;
@@ -253,7 +259,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn call(&mut self, name: &str, element: &Rc<Element>, out: &mut Vec<Child>) -> Result<(), Error> {
+    fn call(&mut self, name: &str, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         let called = self.macros.get(name).cloned();
         let called = called.ok_or_else(|| element.error(format!("there is no macro `{}`", shown(name))))?;
         let mut scope = Scope::default();
@@ -308,7 +314,7 @@ impl Expander<'_> {
     }
 
     /// The value of a name; `None` where it has none.
-    fn known(&mut self, name: &str, element: &Element) -> Result<Option<Value>, Error> {
+    fn known(&mut self, name: &str, element: &XacroElement) -> Result<Option<XacroValue>, Error> {
         let Some(place) = (0..self.scopes.len()).rev().find(|&k| self.scopes[k].names.contains_key(name)) else {
             return Ok(None);
         };
@@ -316,7 +322,7 @@ impl Expander<'_> {
             Some(Meaning::Value(value)) => Ok(Some(value)),
             Some(Meaning::Raw(raw)) => {
                 self.scopes[place].names.insert(name.into(), Meaning::Open);
-                // In the scope that it was defined in.
+                // Evaluated in the scope of its definition.
                 let inner = self.scopes.split_off(place + 1);
                 let value = self.deeper_value(element, |expander| expander.text(&raw, element));
                 self.scopes.extend(inner);
@@ -331,33 +337,36 @@ impl Expander<'_> {
 
     fn deeper_value(
         &mut self,
-        element: &Element,
-        go: impl FnOnce(&mut Self) -> Result<Value, Error>,
-    ) -> Result<Value, Error> {
-        let mut found = Value::None;
+        element: &XacroElement,
+        go: impl FnOnce(&mut Self) -> Result<XacroValue, Error>,
+    ) -> Result<XacroValue, Error> {
+        let mut found = XacroValue::None;
         self.deeper(element, |expander| go(expander).map(|value| found = value))?;
         Ok(found)
     }
 
-    /// A text with `${}` and `$()` in it; one that is nothing but `${}` keeps the kind of its value.
-    fn text(&mut self, text: &str, element: &Element) -> Result<Value, Error> {
+    /// The value of a text with `${}` and `$()` in it. A text that is only `${}` keeps the type of its value.
+    fn text(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let made = self.evaluated(text, element)?;
-        let bytes = if let Value::Text(text) = &made { text.len() } else { 0 };
+        let bytes = if let XacroValue::Text(text) = &made { text.len() } else { 0 };
         self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
-            element.error(format!("more than {MAX_BYTES} bytes of texts are written out: no robot has so many"))
+            element
+                .error(format!("more than {MAX_EXPANDED_BYTES} bytes of texts are written out: no robot has so many"))
         })?;
         Ok(made)
     }
 
-    fn evaluated(&mut self, text: &str, element: &Element) -> Result<Value, Error> {
+    fn evaluated(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         self.work = self.work.checked_sub(1).ok_or_else(|| {
-            element.error(format!("more than {MAX_WORK} elements and texts are written out: no robot has so many"))
+            element.error(format!(
+                "more than {MAX_EXPANDED_NODES} elements and texts are written out: no robot has so many"
+            ))
         })?;
-        let (mut parts, mut rest): (Vec<Value>, &str) = (Vec::new(), text);
+        let (mut parts, mut rest): (Vec<XacroValue>, &str) = (Vec::new(), text);
         while let Some(at) = rest.find('$') {
             let (before, from) = rest.split_at(at);
             if !before.is_empty() {
-                parts.push(Value::Text(before.into()));
+                parts.push(XacroValue::Text(before.into()));
             }
             let dollars = from.len() - from.trim_start_matches('$').len();
             let behind = &from[dollars..];
@@ -365,14 +374,14 @@ impl Expander<'_> {
                 Some('{') => '}',
                 Some('(') => ')',
                 _ => {
-                    parts.push(Value::Text(from[..dollars].into()));
+                    parts.push(XacroValue::Text(from[..dollars].into()));
                     rest = behind;
                     continue;
                 }
             };
-            // Two dollars stand for one.
+            // Two dollars are an escaped dollar.
             if dollars > 1 {
-                parts.push(Value::Text(format!("{}{}", &from[1..dollars], &behind[..1])));
+                parts.push(XacroValue::Text(format!("{}{}", &from[1..dollars], &behind[..1])));
                 rest = &behind[1..];
                 continue;
             }
@@ -382,42 +391,42 @@ impl Expander<'_> {
             rest = &behind[close + 1..];
         }
         if parts.is_empty() {
-            return Ok(Value::Text(text.into()));
+            return Ok(XacroValue::Text(text.into()));
         }
         if !rest.is_empty() {
-            parts.push(Value::Text(rest.into()));
+            parts.push(XacroValue::Text(rest.into()));
         }
         if parts.len() == 1 {
             return Ok(parts.remove(0));
         }
-        let whole: String = parts.iter().map(Value::text).collect();
+        let whole: String = parts.iter().map(XacroValue::text).collect();
         match whole.len() > MAX_TEXT_BYTES {
             true => Err(element.error(format!("a text of more than {MAX_TEXT_BYTES} bytes is none of a robot"))),
-            false => Ok(Value::Text(whole)),
+            false => Ok(XacroValue::Text(whole)),
         }
     }
 
-    fn expression(&mut self, text: &str, element: &Element) -> Result<Value, Error> {
-        let mut known = Known { expander: self, element };
+    fn expression(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
+        let mut known = NameLookup { expander: self, element };
         expression::value(text, &mut known).map_err(|e| element.error(format!("${{{}}}: {e}", shown(text))))
     }
 
-    /// `$(arg name)`, `$(find package)`; what asks the host is refused.
-    fn command(&mut self, text: &str, element: &Element) -> Result<Value, Error> {
+    /// `$(arg name)`, `$(find package)`, `$(dirname)`; commands that need data of the host are refused.
+    fn command(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let (command, name) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let name = name.trim();
         match command {
             "arg" => {
-                // A file may use an argument that it does not declare: whoever reads it then has to give one.
+                // A file may use an argument that it does not declare; then the user must give its value.
                 self.declared.insert(name.into());
-                self.arguments.get(name).map(|value| Value::Text(value.clone())).ok_or_else(|| {
+                self.arguments.get(name).map(|value| XacroValue::Text(value.clone())).ok_or_else(|| {
                     element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
                 })
             }
-            "find" => self.files.package(name).map(Value::Text).map_err(|e| element.error(e)),
+            "find" => self.files.package(name).map(XacroValue::Text).map_err(|e| element.error(e)),
             "dirname" => {
                 let folder = Path::new(&*element.file).parent().unwrap_or(Path::new(""));
-                Ok(Value::Text(folder.display().to_string()))
+                Ok(XacroValue::Text(folder.display().to_string()))
             }
             other => Err(element.error(format!(
                 "$({}) asks the machine that reads it, and is not answered here: expand the file by `xacro`",
@@ -427,26 +436,26 @@ impl Expander<'_> {
     }
 }
 
-/// Names as an expression asks for them.
-struct Known<'a, 'b> {
+/// The names and files of an expression.
+struct NameLookup<'a, 'b> {
     expander: &'a mut Expander<'b>,
-    element: &'a Element,
+    element: &'a XacroElement,
 }
 
-impl Names for Known<'_, '_> {
-    fn value(&mut self, name: &str) -> Result<Value, String> {
+impl NameSource for NameLookup<'_, '_> {
+    fn value(&mut self, name: &str) -> Result<XacroValue, String> {
         let found = self.expander.known(name, self.element).map_err(|e| e.message)?;
         found.ok_or_else(|| format!("`{}` is not defined", shown(name)))
     }
 
-    fn yaml(&mut self, file: &str) -> Result<Value, String> {
+    fn yaml(&mut self, file: &str) -> Result<XacroValue, String> {
         let (text, file) = self.expander.files.text(file, &self.element.file)?;
-        let node = Source { file: &file }.parse(&in_si(&text)).map_err(|e| e.to_string())?;
-        Ok(Value::of_yaml(&node))
+        let node = DescriptionFile { file: &file }.parse(&in_si(&text)).map_err(|e| e.to_string())?;
+        Ok(XacroValue::of_yaml(&node))
     }
 }
 
-/// A text that is a number or a truth, as that.
-fn literal(value: Value) -> Value {
-    if let Value::Text(text) = &value { Value::literal(text) } else { value }
+/// A text that is a number or a boolean, as this value.
+fn literal(value: XacroValue) -> XacroValue {
+    if let XacroValue::Text(text) = &value { XacroValue::literal(text) } else { value }
 }

@@ -1,4 +1,4 @@
-//! What stands in `${}`: the arithmetic of Python on numbers, texts, lists and maps, without what asks the host.
+//! Expressions in `${}`: the arithmetic of Python on numbers, texts, lists and maps, without access to the host.
 //!
 //! ```text
 //! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x.key; 1.5, 'text', [x, y], name
@@ -8,20 +8,20 @@ use std::rc::Rc;
 
 use super::operations::{binary, contains, function};
 use super::tokens::tokens;
-use super::value::{Names, Value};
+use super::value::{NameSource, XacroValue};
 
-/// A longer expression is none of a robot; it also bounds the recursion.
+/// Largest length of an expression, bytes; it also bounds the recursion.
 const MAX_EXPRESSION_BYTES: usize = 2000;
-/// Parentheses and operators that stand in one another.
-const MAX_DEPTH: usize = 100;
+/// Largest depth of nested parentheses and powers.
+const MAX_EXPRESSION_DEPTH: usize = 100;
 
 /// The value of an expression.
-pub(super) fn value(text: &str, names: &mut dyn Names) -> Result<Value, String> {
+pub(super) fn value(text: &str, names: &mut dyn NameSource) -> Result<XacroValue, String> {
     if text.len() > MAX_EXPRESSION_BYTES {
         return Err(format!("an expression of {} bytes: at most {MAX_EXPRESSION_BYTES} are read", text.len()));
     }
     let tokens = tokens(text)?;
-    let mut reader = Reader { tokens: &tokens, at: 0, names, depth: 0, is_live: true };
+    let mut reader = ExpressionParser { tokens: &tokens, at: 0, names, depth: 0, is_live: true };
     let value = reader.choice()?;
     match reader.peek() {
         None => Ok(value),
@@ -29,16 +29,16 @@ pub(super) fn value(text: &str, names: &mut dyn Names) -> Result<Value, String> 
     }
 }
 
-struct Reader<'a> {
+struct ExpressionParser<'a> {
     tokens: &'a [String],
     at: usize,
-    names: &'a mut dyn Names,
+    names: &'a mut dyn NameSource,
     depth: usize,
-    /// Whether what is read counts: the other branch of a choice is only parsed.
+    /// Whether the tokens are evaluated; the branch of a choice that is not taken is only parsed.
     is_live: bool,
 }
 
-impl Reader<'_> {
+impl ExpressionParser<'_> {
     fn peek(&self) -> Option<&str> {
         self.tokens.get(self.at).map(String::as_str)
     }
@@ -59,7 +59,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What is read without counting.
+    /// Parses tokens without evaluating them.
     fn dead<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, String>) -> Result<T, String> {
         let was = std::mem::replace(&mut self.is_live, false);
         let found = read(self);
@@ -67,17 +67,17 @@ impl Reader<'_> {
         found
     }
 
-    fn binary(&self, operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
-        if self.is_live { binary(operator, left, right) } else { Ok(Value::None) }
+    fn binary(&self, operator: &str, left: &XacroValue, right: &XacroValue) -> Result<XacroValue, String> {
+        if self.is_live { binary(operator, left, right) } else { Ok(XacroValue::None) }
     }
 
-    fn choice(&mut self) -> Result<Value, String> {
+    fn choice(&mut self) -> Result<XacroValue, String> {
         self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err(format!("more than {MAX_DEPTH} parentheses stand in one another"));
+        if self.depth > MAX_EXPRESSION_DEPTH {
+            return Err(format!("more than {MAX_EXPRESSION_DEPTH} parentheses stand in one another"));
         }
         let start = self.at;
-        // The condition stands behind what it chooses: read once to find it, once more where it holds.
+        // The condition is behind the first branch: this branch is parsed once to find it, and evaluated where it holds.
         let first = self.dead(Self::either)?;
         let found = if self.take("if") {
             let condition = self.either()?;
@@ -104,7 +104,7 @@ impl Reader<'_> {
         Ok(found)
     }
 
-    fn either(&mut self) -> Result<Value, String> {
+    fn either(&mut self) -> Result<XacroValue, String> {
         let mut left = self.both()?;
         while self.take("or") {
             let is_decided = left.holds();
@@ -114,7 +114,7 @@ impl Reader<'_> {
         Ok(left)
     }
 
-    fn both(&mut self) -> Result<Value, String> {
+    fn both(&mut self) -> Result<XacroValue, String> {
         let mut left = self.negation()?;
         while self.take("and") {
             let goes_on = left.holds();
@@ -124,16 +124,16 @@ impl Reader<'_> {
         Ok(left)
     }
 
-    fn negation(&mut self) -> Result<Value, String> {
+    fn negation(&mut self) -> Result<XacroValue, String> {
         let mut turns = 0;
         while self.take("not") {
             turns += 1;
         }
         let value = self.comparison()?;
-        Ok(if turns == 0 { value } else { Value::Bool(value.holds() != (turns % 2 == 1)) })
+        Ok(if turns == 0 { value } else { XacroValue::Bool(value.holds() != (turns % 2 == 1)) })
     }
 
-    fn comparison(&mut self) -> Result<Value, String> {
+    fn comparison(&mut self) -> Result<XacroValue, String> {
         let left = self.sum()?;
         let Some(operator) = self.peek().map(str::to_string) else { return Ok(left) };
         let is_not_in = operator == "not" && self.tokens.get(self.at + 1).is_some_and(|next| next == "in");
@@ -144,7 +144,7 @@ impl Reader<'_> {
         let is_not = operator == "is" && self.take("not");
         let right = self.sum()?;
         if !self.is_live {
-            return Ok(Value::None);
+            return Ok(XacroValue::None);
         }
         let equal = match (left.number(), right.number()) {
             (Some(a), Some(b)) => a == b,
@@ -158,7 +158,7 @@ impl Reader<'_> {
             _ => {
                 let order = match (left.number(), right.number(), &left, &right) {
                     (Some(a), Some(b), ..) => a.partial_cmp(&b),
-                    (_, _, Value::Text(a), Value::Text(b)) => Some(a.cmp(b)),
+                    (_, _, XacroValue::Text(a), XacroValue::Text(b)) => Some(a.cmp(b)),
                     _ => return Err(format!("{} and {} have no order", left.kind(), right.kind())),
                 };
                 order.is_some_and(|order| match operator.as_str() {
@@ -169,10 +169,10 @@ impl Reader<'_> {
                 })
             }
         };
-        Ok(Value::Bool(found))
+        Ok(XacroValue::Bool(found))
     }
 
-    fn sum(&mut self) -> Result<Value, String> {
+    fn sum(&mut self) -> Result<XacroValue, String> {
         let mut left = self.product()?;
         while let Some(operator) = self.peek().filter(|t| ["+", "-"].contains(t)).map(str::to_string) {
             self.at += 1;
@@ -182,7 +182,7 @@ impl Reader<'_> {
         Ok(left)
     }
 
-    fn product(&mut self) -> Result<Value, String> {
+    fn product(&mut self) -> Result<XacroValue, String> {
         let mut left = self.signed()?;
         while let Some(operator) = self.peek().filter(|t| ["*", "/", "//", "%"].contains(t)).map(str::to_string) {
             self.at += 1;
@@ -192,31 +192,31 @@ impl Reader<'_> {
         Ok(left)
     }
 
-    fn signed(&mut self) -> Result<Value, String> {
+    fn signed(&mut self) -> Result<XacroValue, String> {
         let mut turns = 0;
         while let Some(sign) = self.peek().filter(|t| ["+", "-"].contains(t)) {
             turns += usize::from(sign == "-");
             self.at += 1;
         }
         let value = self.power()?;
-        if turns % 2 == 0 { Ok(value) } else { self.binary("-", &Value::Int(0), &value) }
+        if turns % 2 == 0 { Ok(value) } else { self.binary("-", &XacroValue::Int(0), &value) }
     }
 
-    fn power(&mut self) -> Result<Value, String> {
+    fn power(&mut self) -> Result<XacroValue, String> {
         let base = self.called()?;
         if !self.take("**") {
             return Ok(base);
         }
         self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err(format!("more than {MAX_DEPTH} powers stand in one another"));
+        if self.depth > MAX_EXPRESSION_DEPTH {
+            return Err(format!("more than {MAX_EXPRESSION_DEPTH} powers stand in one another"));
         }
         let exponent = self.signed()?;
         self.depth -= 1;
         self.binary("**", &base, &exponent)
     }
 
-    fn called(&mut self) -> Result<Value, String> {
+    fn called(&mut self) -> Result<XacroValue, String> {
         let mut value = self.atom()?;
         loop {
             let key = if self.take("[") {
@@ -229,7 +229,7 @@ impl Reader<'_> {
                 if self.peek() == Some("(") {
                     return Err(format!("the method `{key}` is not known here"));
                 }
-                Value::Text(key)
+                XacroValue::Text(key)
             } else {
                 return Ok(value);
             };
@@ -239,7 +239,7 @@ impl Reader<'_> {
         }
     }
 
-    fn atom(&mut self) -> Result<Value, String> {
+    fn atom(&mut self) -> Result<XacroValue, String> {
         let token = self.peek().ok_or("the expression ends too early")?.to_string();
         self.at += 1;
         let first = token.chars().next().unwrap_or(' ');
@@ -249,23 +249,25 @@ impl Reader<'_> {
                 self.expect(")")?;
                 return Ok(value);
             }
-            "[" => return self.arguments("]").map(|items| Value::List(Rc::new(items))),
-            "True" | "true" => return Ok(Value::Bool(true)),
-            "False" | "false" => return Ok(Value::Bool(false)),
-            "None" => return Ok(Value::None),
+            "[" => return self.arguments("]").map(|items| XacroValue::List(Rc::new(items))),
+            "True" | "true" => return Ok(XacroValue::Bool(true)),
+            "False" | "false" => return Ok(XacroValue::Bool(false)),
+            "None" => return Ok(XacroValue::None),
             _ => {}
         }
         if first == '\'' || first == '"' {
-            return Ok(Value::Text(token[1..].into()));
+            return Ok(XacroValue::Text(token[1..].into()));
         }
         if first.is_ascii_digit() || first == '.' {
-            let whole = token.parse().map(Value::Int);
-            return whole.or_else(|_| token.parse().map(Value::Number)).map_err(|_| format!("`{token}` is no number"));
+            let whole = token.parse().map(XacroValue::Int);
+            return whole
+                .or_else(|_| token.parse().map(XacroValue::Number))
+                .map_err(|_| format!("`{token}` is no number"));
         }
         if !(first.is_alphabetic() || first == '_') {
             return Err(format!("`{token}` is not expected"));
         }
-        // Functions may stand in the module that has them.
+        // A function may have the name of its module in front.
         let name = match token.as_str() {
             "xacro" | "math" | "python" if self.take(".") => {
                 self.at += 1;
@@ -275,16 +277,16 @@ impl Reader<'_> {
         };
         if self.take("(") {
             let arguments = self.arguments(")")?;
-            return if self.is_live { function(&name, &arguments, self.names) } else { Ok(Value::None) };
+            return if self.is_live { function(&name, &arguments, self.names) } else { Ok(XacroValue::None) };
         }
         match name.as_str() {
-            _ if !self.is_live => Ok(Value::None),
-            "pi" => self.names.value("pi").or(Ok(Value::Number(std::f64::consts::PI))),
+            _ if !self.is_live => Ok(XacroValue::None),
+            "pi" => self.names.value("pi").or(Ok(XacroValue::Number(std::f64::consts::PI))),
             name => self.names.value(name),
         }
     }
 
-    fn arguments(&mut self, end: &str) -> Result<Vec<Value>, String> {
+    fn arguments(&mut self, end: &str) -> Result<Vec<XacroValue>, String> {
         let mut found = Vec::new();
         while !self.take(end) {
             found.push(self.choice()?);
@@ -301,28 +303,28 @@ impl Reader<'_> {
 mod tests {
     use super::*;
 
-    struct Given;
+    struct GivenNames;
 
-    impl Names for Given {
-        fn value(&mut self, name: &str) -> Result<Value, String> {
+    impl NameSource for GivenNames {
+        fn value(&mut self, name: &str) -> Result<XacroValue, String> {
             match name {
-                "a" => Ok(Value::Int(3)),
-                "x" => Ok(Value::Number(0.5)),
-                "name" => Ok(Value::Text("arm".into())),
+                "a" => Ok(XacroValue::Int(3)),
+                "x" => Ok(XacroValue::Number(0.5)),
+                "name" => Ok(XacroValue::Text("arm".into())),
                 "m" => {
-                    let list = Value::List(Rc::new(vec![Value::Int(7), Value::Int(8)]));
-                    Ok(Value::Map(Rc::new([("k".to_string(), list)].into())))
+                    let list = XacroValue::List(Rc::new(vec![XacroValue::Int(7), XacroValue::Int(8)]));
+                    Ok(XacroValue::Map(Rc::new([("k".to_string(), list)].into())))
                 }
                 _ => Err(format!("`{name}` is not defined")),
             }
         }
 
-        fn yaml(&mut self, file: &str) -> Result<Value, String> {
-            Ok(Value::Text(file.into()))
+        fn yaml(&mut self, file: &str) -> Result<XacroValue, String> {
+            Ok(XacroValue::Text(file.into()))
         }
     }
 
-    /// As Python 3 prints them.
+    /// The values as Python 3 prints them.
     #[test]
     fn expressions_are_those_of_python() {
         for (text, printed) in [
@@ -351,7 +353,7 @@ mod tests {
             ("xacro.load_yaml('f')", "f"),
             ("round(2.5)", "2"),
         ] {
-            match value(text, &mut Given) {
+            match value(text, &mut GivenNames) {
                 Ok(found) => assert_eq!(found.text(), printed, "{text}"),
                 Err(e) => panic!("{text}: {e}"),
             }
@@ -372,10 +374,10 @@ mod tests {
             ("m['z']", "a map has no `z`"),
             ("'a", "is not closed"),
         ] {
-            let message = value(text, &mut Given).unwrap_err();
+            let message = value(text, &mut GivenNames).unwrap_err();
             assert!(message.contains(wanted), "{text}: {message}");
         }
-        assert!(value(&"(".repeat(500), &mut Given).is_err());
-        assert!(value(&"2**".repeat(500), &mut Given).is_err());
+        assert!(value(&"(".repeat(500), &mut GivenNames).is_err());
+        assert!(value(&"2**".repeat(500), &mut GivenNames).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! What a description with macros may open: files below its own folder and below the folders of given packages.
+//! The files that a description with macros may open: below its own folder and below the folders of given packages.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use gate::source;
 
 use crate::format::shown::shown;
 
-/// Most bytes of all files.
-const MAX_BYTES: u64 = 16 << 20;
+/// Largest total size of all files, bytes.
+const MAX_INCLUDED_BYTES: u64 = 16 << 20;
 
-/// The folders, and how much may still be read of them.
+/// The folders, and the number of bytes that may still be read.
 pub(super) struct Files<'a> {
     folder: Option<&'a Path>,
     packages: &'a [(String, PathBuf)],
@@ -18,7 +18,7 @@ pub(super) struct Files<'a> {
 
 impl<'a> Files<'a> {
     pub(super) fn new(folder: Option<&'a Path>, packages: &'a [(String, PathBuf)]) -> Files<'a> {
-        Files { folder, packages, left: MAX_BYTES }
+        Files { folder, packages, left: MAX_INCLUDED_BYTES }
     }
 
     /// The folder of a package.
@@ -33,11 +33,11 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// The text of a file, and its path; a path that is not whole is one beside `from`.
+    /// The text of a file, and its path; a relative path is relative to the folder of the file `from`.
     pub(super) fn text(&mut self, name: &str, from: &str) -> Result<(String, String), String> {
         let beside = Path::new(from).parent().unwrap_or(Path::new(""));
         let path = if Path::new(name).is_absolute() { PathBuf::from(name) } else { beside.join(name) };
-        // What a package names may be relative to where the program runs, as the user gave it.
+        // The folder of a package may be relative to the working directory, as the user gave it.
         let path = if !path.exists() && Path::new(name).exists() { PathBuf::from(name) } else { path };
         let fail = |what: &str| format!("`{}`: {what}", shown(name));
         let full = path.canonicalize().map_err(|e| fail(&format!("the file cannot be read: {e}")))?;

@@ -1,9 +1,9 @@
-//! A description with macros (xacro), written out.
+//! The expansion of a description with macros (xacro).
 //!
 //! Properties, macros with defaults and blocks, includes, `if` and `unless`, `${}` with the arithmetic of Python, `$(arg)`,
-//! `$(find)` of given packages, `load_yaml`. element.rs holds the tree of a file, expression.rs what stands in `${}`,
-//! files.rs what may be opened, expand.rs the rest. What asks the host (`$(env)`, `$(eval)`, other packages) is refused by
-//! its name. How deep, how long and how much work: all of it is bounded.
+//! `$(find)` of given packages, `load_yaml`. element.rs has the tree of a file, expression.rs the expressions in `${}`,
+//! files.rs the access to files, expand.rs the rest. Commands that need data of the host (`$(env)`, `$(eval)`, other
+//! packages) are refused by name. Depth, length and number of operations are bounded.
 
 mod element;
 mod expand;

@@ -2,32 +2,32 @@
 
 use std::rc::Rc;
 
-use super::value::{MAX_TEXT_BYTES, Names, Value};
+use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue};
 
-/// Longest list that is made of two.
-const MAX_ITEMS: usize = 2000;
+/// Largest length of the sum of two lists.
+const MAX_LIST_ITEMS: usize = 2000;
 
 /// The value of a function.
-pub(super) fn function(name: &str, arguments: &[Value], names: &mut dyn Names) -> Result<Value, String> {
+pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn NameSource) -> Result<XacroValue, String> {
     let number = |k: usize| {
         let value = arguments.get(k).ok_or_else(|| format!("`{name}` lacks an argument"))?;
-        let of_text = || if let Value::Text(text) = value { text.trim().parse().ok() } else { None };
+        let of_text = || if let XacroValue::Text(text) = value { text.trim().parse().ok() } else { None };
         value.number().or_else(of_text).ok_or_else(|| format!("`{name}` of {}", value.kind()))
     };
     if let Some(plain) = of_one_number(name) {
-        return Ok(Value::Number(plain(number(0)?)));
+        return Ok(XacroValue::Number(plain(number(0)?)));
     }
-    let whole = |x: f64| Value::Int(x as i64);
+    let whole = |x: f64| XacroValue::Int(x as i64);
     Ok(match (name, arguments) {
-        ("abs", [Value::Int(i)]) => Value::Int(i.saturating_abs()),
-        ("abs", _) => Value::Number(number(0)?.abs()),
+        ("abs", [XacroValue::Int(i)]) => XacroValue::Int(i.saturating_abs()),
+        ("abs", _) => XacroValue::Number(number(0)?.abs()),
         ("int", _) => whole(number(0)?.trunc()),
         ("floor", _) => whole(number(0)?.floor()),
         ("ceil", _) => whole(number(0)?.ceil()),
         ("round", [_]) => whole(number(0)?.round_ties_even()),
-        ("atan2", _) => Value::Number(number(0)?.atan2(number(1)?)),
-        ("pow", _) => Value::Number(number(0)?.powf(number(1)?)),
-        ("hypot", _) => Value::Number(number(0)?.hypot(number(1)?)),
+        ("atan2", _) => XacroValue::Number(number(0)?.atan2(number(1)?)),
+        ("pow", _) => XacroValue::Number(number(0)?.powf(number(1)?)),
+        ("hypot", _) => XacroValue::Number(number(0)?.hypot(number(1)?)),
         ("min" | "max", [_, _, ..]) => {
             let mut best = 0;
             for k in 1..arguments.len() {
@@ -37,13 +37,13 @@ pub(super) fn function(name: &str, arguments: &[Value], names: &mut dyn Names) -
             number(best)?;
             arguments[best].clone()
         }
-        ("str", [value]) => Value::Text(value.text()),
-        ("bool", [value]) => Value::Bool(value.holds()),
-        ("len", [Value::Text(text)]) => Value::Int(text.chars().count() as i64),
-        ("len", [Value::List(items)]) => Value::Int(items.len() as i64),
-        ("len", [Value::Map(entries)]) => Value::Int(entries.len() as i64),
-        ("load_yaml", [Value::Text(file)]) => names.yaml(file)?,
-        ("message" | "warning" | "print_location", _) => Value::Text(String::new()),
+        ("str", [value]) => XacroValue::Text(value.text()),
+        ("bool", [value]) => XacroValue::Bool(value.holds()),
+        ("len", [XacroValue::Text(text)]) => XacroValue::Int(text.chars().count() as i64),
+        ("len", [XacroValue::List(items)]) => XacroValue::Int(items.len() as i64),
+        ("len", [XacroValue::Map(entries)]) => XacroValue::Int(entries.len() as i64),
+        ("load_yaml", [XacroValue::Text(file)]) => names.yaml(file)?,
+        ("message" | "warning" | "print_location", _) => XacroValue::Text(String::new()),
         _ => return Err(format!("the function `{name}` of these {} arguments is not known here", arguments.len())),
     })
 }
@@ -68,18 +68,18 @@ fn of_one_number(name: &str) -> Option<fn(f64) -> f64> {
     }
 }
 
-/// The value of an operator between two.
-pub(super) fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
+/// The value of an operator between two values.
+pub(super) fn binary(operator: &str, left: &XacroValue, right: &XacroValue) -> Result<XacroValue, String> {
     match (operator, left, right) {
-        ("+", Value::Text(a), Value::Text(b)) if a.len() + b.len() <= MAX_TEXT_BYTES => {
-            return Ok(Value::Text(format!("{a}{b}")));
+        ("+", XacroValue::Text(a), XacroValue::Text(b)) if a.len() + b.len() <= MAX_TEXT_BYTES => {
+            return Ok(XacroValue::Text(format!("{a}{b}")));
         }
-        ("+", Value::List(a), Value::List(b)) if a.len() + b.len() <= MAX_ITEMS => {
-            return Ok(Value::List(Rc::new([a.as_slice(), b].concat())));
+        ("+", XacroValue::List(a), XacroValue::List(b)) if a.len() + b.len() <= MAX_LIST_ITEMS => {
+            return Ok(XacroValue::List(Rc::new([a.as_slice(), b].concat())));
         }
         _ => {}
     }
-    if let (Value::Int(a), Value::Int(b)) = (left, right) {
+    if let (XacroValue::Int(a), XacroValue::Int(b)) = (left, right) {
         let exact = match operator {
             "+" => a.checked_add(*b),
             "-" => a.checked_sub(*b),
@@ -90,7 +90,7 @@ pub(super) fn binary(operator: &str, left: &Value, right: &Value) -> Result<Valu
             _ => None,
         };
         if let Some(exact) = exact {
-            return Ok(Value::Int(exact));
+            return Ok(XacroValue::Int(exact));
         }
     }
     let (Some(a), Some(b)) = (left.number(), right.number()) else {
@@ -99,7 +99,7 @@ pub(super) fn binary(operator: &str, left: &Value, right: &Value) -> Result<Valu
     if ["/", "//", "%"].contains(&operator) && b == 0.0 {
         return Err("a division by zero".into());
     }
-    Ok(Value::Number(match operator {
+    Ok(XacroValue::Number(match operator {
         "+" => a + b,
         "-" => a - b,
         "*" => a * b,
@@ -111,11 +111,11 @@ pub(super) fn binary(operator: &str, left: &Value, right: &Value) -> Result<Valu
 }
 
 /// Whether a text, a list or a map holds a value.
-pub(super) fn contains(all: &Value, one: &Value) -> Result<bool, String> {
+pub(super) fn contains(all: &XacroValue, one: &XacroValue) -> Result<bool, String> {
     match (all, one) {
-        (Value::Text(all), Value::Text(one)) => Ok(all.contains(one.as_str())),
-        (Value::List(items), one) => Ok(items.contains(one)),
-        (Value::Map(entries), one) => Ok(entries.contains_key(&one.text())),
+        (XacroValue::Text(all), XacroValue::Text(one)) => Ok(all.contains(one.as_str())),
+        (XacroValue::List(items), one) => Ok(items.contains(one)),
+        (XacroValue::Map(entries), one) => Ok(entries.contains_key(&one.text())),
         _ => Err(format!("`in` of {}", all.kind())),
     }
 }

@@ -2,16 +2,16 @@
 
 use crate::format::shown::shown;
 
-/// A parameter, its name with the stars of a block.
+/// A parameter; the name of a block has its stars.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether a value of this name of the caller is taken.
+    /// Whether a value with this name in the caller's scope is used.
     pub forwards: bool,
     pub default: Option<String>,
 }
 
-/// `a b:=1 c:=^ d:=^|2 *block **blocks`; a default may be quoted.
+/// The parameters in a text `a b:=1 c:=^ d:=^|2 *block **blocks`; a default may be quoted.
 pub(super) fn parameters(text: &str) -> Result<Vec<Parameter>, String> {
     let (mut found, mut rest) = (Vec::new(), text.trim_start());
     while !rest.is_empty() {

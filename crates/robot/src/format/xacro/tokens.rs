@@ -1,6 +1,6 @@
 //! The words and signs of an expression.
 
-/// Tokens: a text begins with its quote.
+/// The tokens of an expression. The token of a text begins with its quote and has no closing quote.
 pub(super) fn tokens(text: &str) -> Result<Vec<String>, String> {
     let chars: Vec<char> = text.chars().collect();
     let (mut found, mut at) = (Vec::new(), 0);
@@ -31,7 +31,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<String>, String> {
             if at == chars.len() {
                 return Err(format!("a text in `{}` is not closed", text.trim()));
             }
-            // The closing quote is no part of the token.
+            // The closing quote is not part of the token.
             found.push(chars[start..at].iter().collect());
             at += 1;
             continue;

@@ -1,75 +1,75 @@
-//! Values of properties and of expressions, as Python has them.
+//! Values of properties and of expressions, with the types of Python.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use crate::format::node::{Content, Node};
+use crate::format::node::{Node, NodeValue};
 
-/// Longest text, in bytes.
+/// Largest length of a text, bytes.
 pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(super) enum XacroValue {
     None,
     Bool(bool),
     Int(i64),
     Number(f64),
     Text(String),
-    List(Rc<Vec<Value>>),
-    /// By the texts of its keys.
-    Map(Rc<BTreeMap<String, Value>>),
+    List(Rc<Vec<XacroValue>>),
+    /// Entries by the texts of their keys.
+    Map(Rc<BTreeMap<String, XacroValue>>),
 }
 
-/// Where names and files come from.
-pub(super) trait Names {
-    fn value(&mut self, name: &str) -> Result<Value, String>;
-    fn yaml(&mut self, file: &str) -> Result<Value, String>;
+/// The source of the values of names and files.
+pub(super) trait NameSource {
+    fn value(&mut self, name: &str) -> Result<XacroValue, String>;
+    fn yaml(&mut self, file: &str) -> Result<XacroValue, String>;
 }
 
-impl Value {
-    /// The value of a text that stands alone: a number, a truth, or the text.
-    pub(super) fn literal(text: &str) -> Value {
+impl XacroValue {
+    /// The value of a whole text: a number, a boolean, or the text.
+    pub(super) fn literal(text: &str) -> XacroValue {
         if let Some(quoted) = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
-            return Value::Text(quoted.into());
+            return XacroValue::Text(quoted.into());
         }
         let trimmed = text.trim();
-        // Underscores make no numbers here.
+        // A text with underscores is no number here.
         let number =
             || trimmed.parse().ok().filter(|_| trimmed.bytes().any(|b| b.is_ascii_digit()) && !text.contains('_'));
         match trimmed {
-            "true" | "True" => Value::Bool(true),
-            "false" | "False" => Value::Bool(false),
+            "true" | "True" => XacroValue::Bool(true),
+            "false" | "False" => XacroValue::Bool(false),
             _ => match trimmed.parse().ok().filter(|_| !text.contains('_')) {
-                Some(whole) => Value::Int(whole),
-                None => number().map_or_else(|| Value::Text(text.into()), Value::Number),
+                Some(whole) => XacroValue::Int(whole),
+                None => number().map_or_else(|| XacroValue::Text(text.into()), XacroValue::Number),
             },
         }
     }
 
     pub(super) fn number(&self) -> Option<f64> {
         match *self {
-            Value::Bool(b) => Some(f64::from(u8::from(b))),
-            Value::Int(i) => Some(i as f64),
-            Value::Number(x) => Some(x),
+            XacroValue::Bool(b) => Some(f64::from(u8::from(b))),
+            XacroValue::Int(i) => Some(i as f64),
+            XacroValue::Number(x) => Some(x),
             _ => None,
         }
     }
 
-    /// Whether it counts as true in a condition of an expression.
+    /// Whether it is true as a condition in an expression.
     pub(super) fn holds(&self) -> bool {
         match self {
-            Value::None => false,
-            Value::Text(text) => !text.is_empty(),
-            Value::List(items) => !items.is_empty(),
-            Value::Map(entries) => !entries.is_empty(),
+            XacroValue::None => false,
+            XacroValue::Text(text) => !text.is_empty(),
+            XacroValue::List(items) => !items.is_empty(),
+            XacroValue::Map(entries) => !entries.is_empty(),
             other => other.number() != Some(0.0),
         }
     }
 
-    /// As `value` of an `if` reads it; `None` where it is no truth.
+    /// The boolean of the `value` of an `if`; `None` where it is no boolean.
     pub(super) fn truth(&self) -> Option<bool> {
         match self {
-            Value::Text(text) => match text.trim() {
+            XacroValue::Text(text) => match text.trim() {
                 "true" | "True" => Some(true),
                 "false" | "False" => Some(false),
                 other => other.parse::<i64>().ok().map(|i| i != 0),
@@ -80,58 +80,60 @@ impl Value {
 
     pub(super) fn kind(&self) -> &'static str {
         match self {
-            Value::None => "nothing",
-            Value::Bool(_) => "a truth",
-            Value::Int(_) | Value::Number(_) => "a number",
-            Value::Text(_) => "a text",
-            Value::List(_) => "a list",
-            Value::Map(_) => "a map",
+            XacroValue::None => "nothing",
+            XacroValue::Bool(_) => "a truth",
+            XacroValue::Int(_) | XacroValue::Number(_) => "a number",
+            XacroValue::Text(_) => "a text",
+            XacroValue::List(_) => "a list",
+            XacroValue::Map(_) => "a map",
         }
     }
 
-    /// As text within other text.
+    /// The value as text within other text.
     pub(super) fn text(&self) -> String {
         match self {
-            Value::None => "None".into(),
-            Value::Bool(b) => if *b { "True" } else { "False" }.into(),
-            Value::Int(i) => i.to_string(),
-            Value::Number(x) => format!("{x:?}"),
-            Value::Text(text) => text.clone(),
-            Value::List(items) => format!("[{}]", items.iter().map(Value::text).collect::<Vec<_>>().join(", ")),
-            Value::Map(_) => "{..}".into(),
+            XacroValue::None => "None".into(),
+            XacroValue::Bool(b) => if *b { "True" } else { "False" }.into(),
+            XacroValue::Int(i) => i.to_string(),
+            XacroValue::Number(x) => format!("{x:?}"),
+            XacroValue::Text(text) => text.clone(),
+            XacroValue::List(items) => {
+                format!("[{}]", items.iter().map(XacroValue::text).collect::<Vec<_>>().join(", "))
+            }
+            XacroValue::Map(_) => "{..}".into(),
         }
     }
 
-    /// The element of a list, or the entry of a map.
-    pub(super) fn entry(&self, key: &Value) -> Option<Value> {
+    /// The element of a list, or the entry of a map; `None` where there is none.
+    pub(super) fn entry(&self, key: &XacroValue) -> Option<XacroValue> {
         match (self, key) {
-            (Value::List(items), Value::Int(i)) => {
+            (XacroValue::List(items), XacroValue::Int(i)) => {
                 let at = if *i < 0 { items.len().checked_sub(i.unsigned_abs() as usize)? } else { *i as usize };
                 items.get(at).cloned()
             }
-            (Value::Map(entries), key) => entries.get(&key.text()).cloned(),
+            (XacroValue::Map(entries), key) => entries.get(&key.text()).cloned(),
             _ => None,
         }
     }
 
-    /// Of a YAML text.
-    pub(super) fn of_yaml(node: &Node) -> Value {
+    /// The value of a YAML node.
+    pub(super) fn of_yaml(node: &Node) -> XacroValue {
         match &node.content {
-            Content::Null => Value::None,
-            Content::Bool(b) => Value::Bool(*b),
-            Content::Number(x) if x.fract() == 0.0 && x.abs() < 1e15 => Value::Int(*x as i64),
-            Content::Number(x) => Value::Number(*x),
-            Content::Text(text) => Value::Text(text.clone()),
-            Content::List(items) => Value::List(Rc::new(items.iter().map(Value::of_yaml).collect())),
-            Content::Map(entries) => {
-                let entries = entries.iter().map(|(key, node)| (key.text.clone(), Value::of_yaml(node)));
-                Value::Map(Rc::new(entries.collect()))
+            NodeValue::Null => XacroValue::None,
+            NodeValue::Bool(b) => XacroValue::Bool(*b),
+            NodeValue::Number(x) if x.fract() == 0.0 && x.abs() < 1e15 => XacroValue::Int(*x as i64),
+            NodeValue::Number(x) => XacroValue::Number(*x),
+            NodeValue::Text(text) => XacroValue::Text(text.clone()),
+            NodeValue::List(items) => XacroValue::List(Rc::new(items.iter().map(XacroValue::of_yaml).collect())),
+            NodeValue::Map(entries) => {
+                let entries = entries.iter().map(|(key, node)| (key.text.clone(), XacroValue::of_yaml(node)));
+                XacroValue::Map(Rc::new(entries.collect()))
             }
         }
     }
 }
 
-/// A YAML text with the numbers behind `!degrees` and the like in SI.
+/// A YAML text with the numbers behind `!degrees` and other units converted to SI units.
 pub(super) fn in_si(text: &str) -> String {
     const UNITS: [(&str, f64); 6] = [
         ("!degrees", std::f64::consts::PI / 180.0),

@@ -1,21 +1,21 @@
-//! How a description writes its placements: whose table, and in which units.
+//! The convention of the placements in a description: its table and its units.
 //!
-//! Every table ends in the six parameters of Khalil and Kleinfinger:
+//! Every table is converted to the six parameters of Khalil and Kleinfinger:
 //!
-//! | `convention` | row of joint i | becomes |
+//! | `convention` | row of joint i | converted to |
 //! |---|---|---|
 //! | `khalil-kleinfinger` | gamma b alpha d theta r | itself |
-//! | `craig` | alpha_(i-1) a_(i-1) d_i theta_i | alpha, d, r, theta: the frames are the same |
-//! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; a and alpha go to the links that i carries |
+//! | `craig` | alpha_(i-1) a_(i-1) d_i theta_i | alpha, d, r, theta: the frames are equal |
+//! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; d and alpha of the links that i carries |
 //!
-//! In the last, frame i stands at the far end of link i, at Tx(a_i) Rx(alpha_i) in the frame here, and the body of link i
-//! is given in it: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
+//! In the last table, frame i is at the far end of link i, at Tx(a_i) Rx(alpha_i) in the frame used here, and the body of
+//! link i is given in it: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
 
 use std::f64::consts::PI;
 
-use crate::angle_snap::{Angles, computed_angle, given_angle};
+use crate::angle_snap::{AngleSnapping, computed_angle, given_angle};
 use crate::error::Error;
-use crate::format::node::{Content, Fields, Node, Source};
+use crate::format::node::{DescriptionFile, Fields, Node, NodeValue};
 use crate::inertial::Pose;
 use crate::kinematics::sin_cos;
 use crate::robot::{JointKind, Link, ModifiedDh, Note, Robot};
@@ -23,12 +23,14 @@ use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
 use gate::suggestion::did_you_mean;
 
-/// A longer length of a table is likelier given in millimetres, m.
+/// A longer length of a table is probably in millimetres, m.
 const LONGEST_LENGTH_M: f64 = 20.0;
+/// Millimetres per metre.
+const MM_PER_M: f64 = 1000.0;
 
-/// Whose table the rows are.
+/// The table of Denavit-Hartenberg parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Table {
+enum DhTable {
     KhalilKleinfinger,
     Craig,
     DenavitHartenberg,
@@ -37,25 +39,25 @@ enum Table {
 /// The convention and the units of a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Convention {
-    table: Table,
+    table: DhTable,
     degrees: bool,
     millimetres: bool,
 }
 
-/// The words of `convention`; those after the third are other names of the last table.
-const CONVENTIONS: [(&str, Table); 7] = [
-    ("khalil-kleinfinger", Table::KhalilKleinfinger),
-    ("craig", Table::Craig),
-    ("denavit-hartenberg", Table::DenavitHartenberg),
-    ("standard", Table::DenavitHartenberg),
-    ("classical", Table::DenavitHartenberg),
-    ("distal", Table::DenavitHartenberg),
-    ("paul", Table::DenavitHartenberg),
+/// The words of `convention`; the words after the third are other names of the last table.
+const CONVENTIONS: [(&str, DhTable); 7] = [
+    ("khalil-kleinfinger", DhTable::KhalilKleinfinger),
+    ("craig", DhTable::Craig),
+    ("denavit-hartenberg", DhTable::DenavitHartenberg),
+    ("standard", DhTable::DenavitHartenberg),
+    ("classical", DhTable::DenavitHartenberg),
+    ("distal", DhTable::DenavitHartenberg),
+    ("paul", DhTable::DenavitHartenberg),
 ];
 
 impl Convention {
-    /// `convention` of a description; its units are those of SI until [`Convention::with_units`].
-    pub(super) fn of(source: Source, root: &Node) -> Result<Convention, Error> {
+    /// The `convention` of a description, in SI units until [`Convention::with_units`]. Fails where it is missing or unknown.
+    pub(super) fn of(source: DescriptionFile, root: &Node) -> Result<Convention, Error> {
         let entries = root.map(source, "a robot description")?;
         let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
             let near = did_you_mean("convention", entries.iter().map(|(k, _)| k.text.as_str()));
@@ -63,12 +65,12 @@ impl Convention {
                            khalil-kleinfinger, craig or denavit-hartenberg";
             return Err(source.at(root, format!("{message}{}", near.replace("did you mean", "found"))));
         };
-        let known = CONVENTIONS.iter().find(|known| matches!(&node.content, Content::Text(t) if t == known.0));
+        let known = CONVENTIONS.iter().find(|known| matches!(&node.content, NodeValue::Text(t) if t == known.0));
         match known {
             Some((_, table)) => Ok(Convention { table: *table, degrees: false, millimetres: false }),
             None => {
                 let meant = match &node.content {
-                    Content::Text(text) => did_you_mean(text, CONVENTIONS.iter().map(|known| known.0)),
+                    NodeValue::Text(text) => did_you_mean(text, CONVENTIONS.iter().map(|known| known.0)),
                     _ => String::new(),
                 };
                 let message = format!(
@@ -80,8 +82,8 @@ impl Convention {
         }
     }
 
-    /// The same in the units of `angles` and `lengths`.
-    pub(super) fn with_units(mut self, source: Source, fields: &Fields) -> Result<Convention, Error> {
+    /// This convention with the units of `angles` and `lengths`.
+    pub(super) fn with_units(mut self, source: DescriptionFile, fields: &Fields) -> Result<Convention, Error> {
         if let Some(node) = fields.get("angles") {
             self.degrees = node.choice(source, "`angles`", &["rad", "deg"])? == 1;
         }
@@ -94,32 +96,32 @@ impl Convention {
     /// The keys of a placement.
     pub(super) fn placement_keys(self) -> &'static [&'static str] {
         match self.table {
-            Table::KhalilKleinfinger => &["gamma", "b", "alpha", "d", "theta", "r"],
+            DhTable::KhalilKleinfinger => &["gamma", "b", "alpha", "d", "theta", "r"],
             _ => &["alpha", "a", "theta", "d"],
         }
     }
 
-    /// The key that holds one of gamma b alpha d theta r, where the table has it.
+    /// The key of one of gamma b alpha d theta r; `None` where the table does not have it.
     pub(super) fn key(self, parameter: &str) -> Option<&'static str> {
         match (self.table, parameter) {
             (_, "alpha") => Some("alpha"),
             (_, "theta") => Some("theta"),
-            (Table::KhalilKleinfinger, "gamma") => Some("gamma"),
-            (Table::KhalilKleinfinger, "b") => Some("b"),
-            (Table::KhalilKleinfinger, "d") => Some("d"),
-            (Table::KhalilKleinfinger, "r") => Some("r"),
+            (DhTable::KhalilKleinfinger, "gamma") => Some("gamma"),
+            (DhTable::KhalilKleinfinger, "b") => Some("b"),
+            (DhTable::KhalilKleinfinger, "d") => Some("d"),
+            (DhTable::KhalilKleinfinger, "r") => Some("r"),
             (_, "d") => Some("a"),
             (_, "r") => Some("d"),
             _ => None,
         }
     }
 
-    /// The key that holds a joint variable.
+    /// The key of a joint variable.
     pub(super) fn variable_key(self, kind: JointKind) -> &'static str {
         self.key(if kind == JointKind::Prismatic { "r" } else { "theta" }).unwrap_or("theta")
     }
 
-    /// What one of gamma b alpha d theta r stands for, rad or m.
+    /// The value of one of gamma b alpha d theta r converted to rad or m.
     pub(super) fn si(self, parameter: &str, value: Value) -> Value {
         let is_angle = matches!(parameter, "gamma" | "alpha" | "theta");
         let number = |x: f64| Box::new(Value::Number(x));
@@ -127,36 +129,36 @@ impl Convention {
             _ if is_angle && !self.degrees || !is_angle && !self.millimetres => value,
             // A multiple of a right angle stays exact.
             Value::Number(x) if is_angle => computed_angle_of_any_turn(x),
-            Value::Number(x) => Value::Number(x / 1000.0),
+            Value::Number(x) => Value::Number(x / MM_PER_M),
             value if is_angle => Value::Div(Box::new(Value::Mul(Box::new(value), Box::new(Value::Pi))), number(180.0)),
-            value => Value::Div(Box::new(value), number(1000.0)),
+            value => Value::Div(Box::new(value), number(MM_PER_M)),
         }
     }
 
-    /// What a number of a turning or sliding joint stands for, rad or m.
+    /// A number of a revolute or prismatic joint converted to rad or m.
     pub(super) fn si_of(self, kind: JointKind, x: f64) -> f64 {
         match kind {
-            JointKind::Prismatic if self.millimetres => x / 1000.0,
+            JointKind::Prismatic if self.millimetres => x / MM_PER_M,
             JointKind::Revolute if self.degrees => x * PI / 180.0,
             _ => x,
         }
     }
 
     pub(super) fn length(self, x: f64) -> f64 {
-        if self.millimetres { x / 1000.0 } else { x }
+        if self.millimetres { x / MM_PER_M } else { x }
     }
 
-    /// What speaks against an angle: no robot is turned by more than once around.
+    /// The message about an angle of more than a full turn; `None` where it is smaller.
     pub(super) fn refused_angle(self, angle: &Value, symbols: &[Symbol]) -> Option<String> {
         let x = angle.beyond_a_turn(symbols)?;
         let advice = if self.degrees { "write it within one turn" } else { "degrees are read with `angles: deg`" };
         Some(format!("is {x:.4} rad, more than a whole turn: {advice}"))
     }
 
-    /// Moves what stands at the far end of each link to the links that it carries, and gives the place of the far frame
-    /// in the frame of each link.
-    pub(super) fn to_near_ends(self, robot: &mut Robot, angles: Angles) -> Vec<Pose> {
-        if self.table != Table::DenavitHartenberg {
+    /// Moves alpha and a at the far end of each link to the links that it carries. Returns the pose of the far frame in the
+    /// frame of each link.
+    pub(super) fn to_near_ends(self, robot: &mut Robot, angles: AngleSnapping) -> Vec<Pose> {
+        if self.table != DhTable::DenavitHartenberg {
             return vec![Pose::IDENTITY; robot.links.len()];
         }
         let far: Vec<(Value, Value)> =
@@ -181,7 +183,7 @@ impl Convention {
         places
     }
 
-    /// A note on the longest length of a table that is too long for a robot.
+    /// A note on the longest length of a table if it is too long for a robot.
     pub(super) fn far_away(self, robot: &Robot) -> Option<Note> {
         let lengths = |link: &Link| {
             [&link.geometry.b, &link.geometry.d, &link.geometry.r].map(|v| v.number(&robot.symbols).abs())
@@ -193,13 +195,13 @@ impl Convention {
         (length > LONGEST_LENGTH_M).then(|| Note { subject: format!("link {}", link.label), text })
     }
 
-    /// Whether loops can be written: their frames are Khalil's.
+    /// Whether the table can have loops, which need frames at the near ends of links.
     pub(super) fn has_loops(self) -> bool {
-        self.table != Table::DenavitHartenberg
+        self.table != DhTable::DenavitHartenberg
     }
 }
 
-/// An angle in degrees, rad, an exact multiple of pi where it is one.
+/// An angle in degrees converted to rad, an exact multiple of pi where possible.
 fn computed_angle_of_any_turn(degrees: f64) -> Value {
     let angle = degrees * PI / 180.0;
     if angle.abs() <= PI { computed_angle(angle) } else { Value::Number(angle) }

@@ -1,23 +1,23 @@
-//! One link of a YAML description: its place, its joint and what is known of its motor.
+//! One link of a YAML description: its placement, its joint and the data of its motor.
 
 use super::convention::Convention;
 use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
-use crate::format::expression::Names;
-use crate::format::node::{Fields, Node, Source};
+use crate::format::expression::KnownNames;
+use crate::format::node::{DescriptionFile, Fields, Node};
 use crate::robot::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, PassiveCoordinate, RotorInertia};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
-/// The keys of a link beside its placement.
+/// The keys of a link apart from its placement.
 const LINK_KEYS: [&str; 10] = [
     "link",
     "name",
     "antecedent",
     "joint",
     "drive",
-    // Behind the placement.
+    // The following keys come after the placement in messages.
     "start",
     "rotor_inertia",
     "friction",
@@ -25,7 +25,7 @@ const LINK_KEYS: [&str; 10] = [
     "drive_gain",
 ];
 
-/// A link whose keys are known, its values not yet read.
+/// A link with checked keys, before its values are read.
 #[derive(Clone, Debug)]
 pub(super) struct Draft<'a> {
     pub label: String,
@@ -37,8 +37,12 @@ pub(super) struct Draft<'a> {
     index: usize,
 }
 
-/// The links of the description, in its order, each with a label of its own.
-pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node, convention: Convention) -> Result<Vec<Draft<'a>>, Error> {
+/// The links of the description, in its order, with unique labels.
+pub(super) fn drafts<'a>(
+    source: DescriptionFile<'a>,
+    node: &'a Node,
+    convention: Convention,
+) -> Result<Vec<Draft<'a>>, Error> {
     let items = node.list(source, "`links`")?;
     if items.is_empty() {
         return Err(source.at(node, "a robot has one link at least; `links` is empty"));
@@ -62,7 +66,7 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node, convention: Convent
         }
         let kind = joint_kind(source, &fields, JointKind::Revolute)?;
         let drive = match fields.get("drive") {
-            // A fixed joint has nothing to drive.
+            // A fixed joint has no drive.
             None if kind == JointKind::Fixed => Drive::Locked,
             None => Drive::Actuated,
             Some(n) => {
@@ -80,17 +84,17 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node, convention: Convent
 }
 
 /// `joint: revolute | prismatic | fixed`.
-pub(super) fn joint_kind(source: Source, fields: &Fields, default: JointKind) -> Result<JointKind, Error> {
+pub(super) fn joint_kind(source: DescriptionFile, fields: &Fields, default: JointKind) -> Result<JointKind, Error> {
     let Some(node) = fields.get("joint") else { return Ok(default) };
     let which = node.choice(source, "`joint`", &["revolute", "prismatic", "fixed"])?;
     Ok([JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][which])
 }
 
-/// The passive coordinate of a joint whose variable the file does not give. The loops determine it, and a search for it
-/// begins at `start`.
+/// The passive coordinate of a joint whose variable the file does not give; `None` where it gives one. The loops determine
+/// the coordinate, and the search for it starts at `start`.
 pub(super) fn passive_coordinate(
-    source: Source,
-    names: &Names,
+    source: DescriptionFile,
+    names: &KnownNames,
     fields: &Fields,
     (kind, convention): (JointKind, Convention),
     label: &str,
@@ -110,11 +114,11 @@ pub(super) fn passive_coordinate(
     Ok(Some(CoordinateId(names.coordinates.len() + passive.len() - 1)))
 }
 
-/// gamma .. r of a link or a loop frame, and what moves it: an expression, or `unknown` where there
-/// is none; `what` names it in errors.
+/// gamma .. r of a link or a loop frame, and its joint variable: an expression, or `unknown` where there
+/// is none; `what` names the link or frame in errors.
 pub(super) fn placement(
-    source: Source,
-    names: &Names,
+    source: DescriptionFile,
+    names: &KnownNames,
     fields: &Fields,
     what: &str,
     (kind, convention): (JointKind, Convention),
@@ -126,7 +130,7 @@ pub(super) fn placement(
             return Ok(Value::ZERO);
         };
         let named = format!("{key} of {what}");
-        // In the units of the file, and no angle beyond a turn.
+        // Converted from the units of the file; angles of more than a full turn are refused.
         let in_si = |value: Value| {
             let value = convention.si(parameter, value);
             let is_angle = ["gamma", "alpha", "theta"].contains(&parameter);
@@ -166,7 +170,7 @@ pub(super) fn placement(
 }
 
 impl<'a> Draft<'a> {
-    /// The key that holds the joint variable.
+    /// The key of the joint variable.
     pub(super) fn variable_key(&self) -> &'static str {
         self.convention.variable_key(self.kind)
     }
@@ -175,14 +179,14 @@ impl<'a> Draft<'a> {
         if self.kind == JointKind::Fixed { None } else { self.fields.get(self.variable_key()) }
     }
 
-    pub(super) fn name(&self, source: Source) -> Result<String, Error> {
+    pub(super) fn name(&self, source: DescriptionFile) -> Result<String, Error> {
         match self.fields.get("name") {
             Some(node) => node.word(source, "`name` of a link"),
             None => Ok(format!("link {}", self.label)),
         }
     }
 
-    pub(super) fn antecedent(&self, source: Source, drafts: &[Draft]) -> Result<Option<LinkId>, Error> {
+    pub(super) fn antecedent(&self, source: DescriptionFile, drafts: &[Draft]) -> Result<Option<LinkId>, Error> {
         let node = self.fields.get("antecedent").ok_or_else(|| {
             let message = format!("link {} has no `antecedent`: `base`, or the link that carries it", self.label);
             source.at(self.node, message)
@@ -201,8 +205,8 @@ impl<'a> Draft<'a> {
     /// The geometry, and the joint variable without its constant part.
     pub(super) fn placement(
         &self,
-        source: Source,
-        names: &Names,
+        source: DescriptionFile,
+        names: &KnownNames,
         passive: &mut Vec<PassiveCoordinate>,
     ) -> Result<(ModifiedDh, Affine), Error> {
         let what = format!("link {}", self.label);
@@ -234,8 +238,12 @@ impl<'a> Draft<'a> {
         }
     }
 
-    pub(super) fn rotor_inertia(&self, source: Source, names: &Names) -> Result<Option<RotorInertia>, Error> {
-        use crate::format::node::Content::Text;
+    pub(super) fn rotor_inertia(
+        &self,
+        source: DescriptionFile,
+        names: &KnownNames,
+    ) -> Result<Option<RotorInertia>, Error> {
+        use crate::format::node::NodeValue::Text;
         let Some(node) = self.fields.get("rotor_inertia") else { return Ok(None) };
         let rotor = match &node.content {
             Text(t) if t == "none" => RotorInertia::Absent,
@@ -248,27 +256,29 @@ impl<'a> Draft<'a> {
         Ok(Some(rotor))
     }
 
-    pub(super) fn friction(&self, source: Source, names: &Names) -> Result<Friction, Error> {
+    pub(super) fn friction(&self, source: DescriptionFile, names: &KnownNames) -> Result<Friction, Error> {
         let Some(node) = self.fields.get("friction") else { return Ok(Friction::default()) };
         let fields = node.fields(source, "the friction of a joint", &["viscous", "coulomb", "offset"])?;
         let number = |key: &str| fields.get(key).map(|n| names.number(source, key, n)).transpose();
         Ok(Friction { viscous: number("viscous")?, coulomb: number("coulomb")?, offset: number("offset")? })
     }
 
-    pub(super) fn drive_gain(&self, source: Source, names: &Names) -> Result<Option<f64>, Error> {
+    pub(super) fn drive_gain(&self, source: DescriptionFile, names: &KnownNames) -> Result<Option<f64>, Error> {
         self.fields.get("drive_gain").map(|n| names.number(source, "`drive_gain`", n)).transpose()
     }
 
-    pub(super) fn limits(&self, source: Source, names: &Names) -> Result<Option<Limits>, Error> {
+    pub(super) fn limits(&self, source: DescriptionFile, names: &KnownNames) -> Result<Option<Limits>, Error> {
         const KEYS: [&str; 7] =
             ["position", "position_deg", "velocity", "velocity_deg", "acceleration", "acceleration_deg", "effort"];
         let Some(node) = self.fields.get("limits") else { return Ok(None) };
         let fields = node.fields(source, "the limits of a joint", &KEYS)?;
-        // The value under a key or under its twin in degrees, with the factor to SI.
+        // The value of a key or of its variant in degrees, with the factor to SI units.
         let either = |key: &str| -> Result<Option<(&Node, f64)>, Error> {
             let degrees = format!("{key}_deg");
             match (fields.get(key), fields.get(&degrees)) {
-                (Some(_), Some(n)) => Err(source.at(n, format!("`{degrees}` stands beside `{key}`: one of them"))),
+                (Some(_), Some(n)) => {
+                    Err(source.at(n, format!("`{degrees}` and `{key}` are both given: keep one of them")))
+                }
                 (Some(n), None) => Ok(Some((n, self.convention.si_of(self.kind, 1.0)))),
                 (None, Some(n)) if self.kind == JointKind::Prismatic => {
                     Err(source.at(n, format!("the joint of link {} slides: `{key}` in m, not degrees", self.label)))
@@ -303,8 +313,8 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Whether the antecedents above a link come back to it.
-fn ancestors_return(source: Source, drafts: &[Draft], start: usize) -> bool {
+/// Whether the chain of antecedents of a link returns to it.
+fn ancestors_return(source: DescriptionFile, drafts: &[Draft], start: usize) -> bool {
     let above = |j: usize| -> Option<usize> {
         let word = drafts[j].fields.get("antecedent")?.word(source, "").ok()?;
         drafts.iter().position(|d| d.label == word)
@@ -320,7 +330,7 @@ fn ancestors_return(source: Source, drafts: &[Draft], start: usize) -> bool {
     false
 }
 
-/// The link called `word` among the first `until`, or what is wrong with the name.
+/// The link with the label `word` among the first `until` links, `None` for the base. Fails with a message.
 pub(super) fn find_link(drafts: &[Draft], word: &str, until: usize) -> Result<Option<LinkId>, String> {
     if word == "base" {
         return Ok(None);

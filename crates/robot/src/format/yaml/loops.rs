@@ -1,22 +1,22 @@
-//! The loops of a YAML description: pairs of frames that coincide wherever the robot goes.
+//! The loops of a YAML description: pairs of frames that coincide in every configuration.
 
 use super::convention::Convention;
 use super::link::{Draft, find_link, joint_kind, passive_coordinate, placement};
 use crate::closure;
 use crate::error::Error;
-use crate::format::expression::Names;
-use crate::format::node::{Node, Source};
+use crate::format::expression::KnownNames;
+use crate::format::node::{DescriptionFile, Node};
 use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 
-/// The keys of a frame that closes a loop, beside its placement.
+/// The keys of a loop frame apart from its placement.
 const FRAME_KEYS: [&str; 3] = ["antecedent", "joint", "start"];
 
-/// Reads `loops: [{cut: {..}, twin: {..}}]`; a cut moves as a revolute joint unless it says
-/// otherwise, a twin is fixed to its link. A cut without its variable is a passive coordinate.
+/// Reads `loops: [{cut: {..}, twin: {..}}]`. By default a cut is a revolute joint and a twin is fixed to its link. A cut
+/// without its variable is a passive coordinate.
 pub(super) fn loops(
-    source: Source,
+    source: DescriptionFile,
     node: &Node,
-    names: &Names,
+    names: &KnownNames,
     drafts: &[Draft],
     convention: Convention,
     passive: &mut Vec<PassiveCoordinate>,
@@ -38,9 +38,9 @@ pub(super) fn loops(
 }
 
 fn loop_frame(
-    source: Source,
+    source: DescriptionFile,
     node: &Node,
-    names: &Names,
+    names: &KnownNames,
     drafts: &[Draft],
     (k, convention): (usize, Convention),
     key: &str,
@@ -61,15 +61,15 @@ fn loop_frame(
     Ok(LoopFrame { antecedent, geometry, kind, variable })
 }
 
-/// Refuses loops that do not close, with the distance left.
-pub(super) fn check_closure(source: Source, node: Option<&Node>, robot: &Robot) -> Result<(), Error> {
+/// Refuses loops that do not close; the message has the gap.
+pub(super) fn check_closure(source: DescriptionFile, node: Option<&Node>, robot: &Robot) -> Result<(), Error> {
     let Some(node) = node else { return Ok(()) };
     let items = node.list(source, "`loops`")?;
     closure::check(robot).map_err(|(k, message)| source.at(&items[k], message))
 }
 
-/// Refuses passive joints without an expression outside every loop: nothing says how they move.
-pub(super) fn check_passive(source: Source, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
+/// Refuses passive joints without an expression outside every loop, since nothing determines their motion.
+pub(super) fn check_passive(source: DescriptionFile, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
     let mut in_loop = vec![false; robot.links.len()];
     for frame in robot.loops.iter().flat_map(|l| [&l.cut, &l.twin]) {
         for j in std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent) {

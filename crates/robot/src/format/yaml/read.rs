@@ -2,12 +2,12 @@
 //!
 //! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]
 //!
-//! Tables of Craig, and of Denavit and Hartenberg, in degrees or millimetres too, become this one (convention.rs).
+//! Tables of Craig, and of Denavit and Hartenberg, also in degrees or millimetres, are converted to it (convention.rs).
 //!
 //! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
-//! one, r of a prismatic one) may also name coordinates and is affine in them: its constant part
-//! goes into the geometry, its linear part into [`crate::Joint::variable`]. A passive joint or a cut
-//! whose variable is left out is found from the loops ([`crate::passive`]). The keys are listed in
+//! joint, r of a prismatic one) may also contain coordinates and is affine in them: its constant part
+//! is added to the geometry, its linear part is [`crate::Joint::variable`]. The variable of a passive joint or a cut
+//! that the file omits is determined from the loops ([`crate::passive`]). The keys are listed in
 //! the constants below and in link.rs; an unknown key is refused.
 
 use super::convention::Convention;
@@ -17,8 +17,8 @@ use super::standard_parameters::standard_parameters;
 use crate::angle_snap::snap_angles;
 use crate::error::Error;
 use crate::format::budget::MAX_DESCRIPTION_BYTES;
-use crate::format::expression::{Names, identifiers, is_name};
-use crate::format::node::{Content, Fields, Node, Source};
+use crate::format::expression::{KnownNames, identifiers, is_name};
+use crate::format::node::{DescriptionFile, Fields, Node, NodeValue};
 use crate::format::options::ReadOptions;
 use crate::passive;
 use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
@@ -41,25 +41,25 @@ const ROOT_KEYS: [&str; 12] = [
     "standard_parameters",
 ];
 
-/// Most symbols of a robot.
+/// Largest number of symbols of a robot.
 const MAX_SYMBOLS_PER_ROBOT: usize = 1000;
 
-/// Reads a robot from YAML; `file` is the name errors carry.
+/// Reads a robot from YAML; `file` is the name in errors.
 ///
-/// Fails, with the line and column, on anything but a complete, consistent description whose
-/// loops close.
+/// Fails, with the line and column, where the description is not complete and consistent, or its
+/// loops do not close.
 pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
     read_yaml_with(text, file, ReadOptions::default())
 }
 
-/// As [`read_yaml`], with options.
+/// Reads a robot from YAML as [`read_yaml`], with options.
 pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
-    let source = Source { file };
+    let source = DescriptionFile { file };
     if text.len() > MAX_DESCRIPTION_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
     }
     let root = source.parse(text)?;
-    if matches!(root.content, Content::Null) {
+    if matches!(root.content, NodeValue::Null) {
         return Err(source.error(1, 1, "the file is empty; expected a robot with `convention: khalil-kleinfinger`"));
     }
     let convention = Convention::of(source, &root)?;
@@ -70,7 +70,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
 
     let mut names = symbols(source, &fields)?;
     names.set_values(source, options.values)?;
-    // Links are drafts until the coordinates are known, since variables name them.
+    // Links are drafts until the coordinates are known, since joint variables contain coordinates.
     let gravity = gravity(source, &fields, &names)?;
     let drafts = drafts(source, fields.require("links")?, convention)?;
     names.coordinates = match fields.get("coordinates") {
@@ -112,8 +112,8 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     Ok(robot)
 }
 
-fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
-    let mut names = Names::default();
+fn symbols(source: DescriptionFile, fields: &Fields) -> Result<KnownNames, Error> {
+    let mut names = KnownNames::default();
     let Some(node) = fields.get("symbols") else { return Ok(names) };
     let entries = node.map(source, "`symbols`")?;
     if entries.len() > MAX_SYMBOLS_PER_ROBOT {
@@ -129,7 +129,7 @@ fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
     Ok(names)
 }
 
-fn gravity(source: Source, fields: &Fields, names: &Names) -> Result<[Value; 3], Error> {
+fn gravity(source: DescriptionFile, fields: &Fields, names: &KnownNames) -> Result<[Value; 3], Error> {
     let Some(node) = fields.get("gravity") else {
         return Ok([Value::ZERO, Value::ZERO, Value::Number(-9.81)]);
     };
@@ -142,7 +142,7 @@ fn gravity(source: Source, fields: &Fields, names: &Names) -> Result<[Value; 3],
     Ok([component(x)?, component(y)?, component(z)?])
 }
 
-fn listed_coordinates(source: Source, node: &Node, names: &Names) -> Result<Vec<String>, Error> {
+fn listed_coordinates(source: DescriptionFile, node: &Node, names: &KnownNames) -> Result<Vec<String>, Error> {
     let mut listed: Vec<String> = Vec::new();
     for item in node.list(source, "`coordinates`")? {
         let word = item.word(source, "a coordinate")?;
@@ -161,12 +161,12 @@ fn listed_coordinates(source: Source, node: &Node, names: &Names) -> Result<Vec<
     Ok(listed)
 }
 
-/// One coordinate an actuated joint: the name in its variable that is no symbol.
-fn found_coordinates(source: Source, drafts: &[Draft], names: &Names) -> Result<Vec<String>, Error> {
+/// The coordinates, one for each actuated joint: the name in its variable that is no symbol.
+fn found_coordinates(source: DescriptionFile, drafts: &[Draft], names: &KnownNames) -> Result<Vec<String>, Error> {
     let mut found: Vec<String> = Vec::new();
     for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {
         let Some(node) = draft.variable_node() else { continue };
-        let Content::Text(text) = &node.content else { continue };
+        let NodeValue::Text(text) = &node.content else { continue };
         let mut unknown: Vec<&str> =
             identifiers(text).filter(|w| !names.symbols.iter().any(|s| s.name == *w)).collect();
         unknown.sort_unstable();
@@ -202,15 +202,15 @@ enum Rotors {
     All,
 }
 
-fn rotors(source: Source, fields: &Fields) -> Result<Rotors, Error> {
+fn rotors(source: DescriptionFile, fields: &Fields) -> Result<Rotors, Error> {
     let Some(node) = fields.get("rotor_inertia") else { return Ok(Rotors::Actuated) };
     let which = node.choice(source, "`rotor_inertia` of the robot", &["none", "actuated", "all"])?;
     Ok([Rotors::None, Rotors::Actuated, Rotors::All][which])
 }
 
 fn link(
-    source: Source,
-    names: &Names,
+    source: DescriptionFile,
+    names: &KnownNames,
     drafts: &[Draft],
     draft: &Draft,
     rotors: Rotors,
@@ -233,11 +233,11 @@ fn link(
     Ok(Link { name, ..Link::bare(draft.label.clone(), antecedent, geometry, joint) })
 }
 
-/// Every coordinate is moved by exactly one actuated joint, which gives it its limits.
+/// Checks that exactly one actuated joint moves each coordinate, and sets the limits of the coordinates from these joints.
 fn assign_coordinates(
-    source: Source,
+    source: DescriptionFile,
     fields: &Fields,
-    names: &Names,
+    names: &KnownNames,
     drafts: &[Draft],
     links: &[Link],
     coordinates: &mut [Coordinate],

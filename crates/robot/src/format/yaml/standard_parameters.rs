@@ -1,27 +1,27 @@
-//! What a description says of the bodies of its links.
+//! The inertial parameters in a description.
 //!
-//! Of a link either XX .. M about the origin of its frame, or its mass, its centre of mass and the inertia about that.
-//! The frame is that of the convention of the file.
+//! For a link either XX .. M about the origin of its frame, or its mass, its centre of mass and the inertia about the centre
+//! of mass. The frame is the link frame of the file's convention.
 
 use super::convention::Convention;
 use crate::error::Error;
-use crate::format::expression::Names;
-use crate::format::node::{Fields, Node, Source};
+use crate::format::expression::KnownNames;
+use crate::format::node::{DescriptionFile, Fields, Node};
 use crate::inertial::{Part, Pose, transform_inertial};
 use crate::parameter::Inertial;
 use crate::robot::{Link, RotorInertia};
 use gate::suggestion::did_you_mean;
 
-/// The keys of a body about its centre of mass.
+/// The keys of a body given about its centre of mass.
 const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
 /// The entries of an inertia.
 const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 
-/// Reads `standard_parameters`; `places`: the frame of the convention in that of each link.
+/// Reads `standard_parameters`; `places`: the pose of the convention's frame in the frame of each link.
 pub(super) fn standard_parameters(
-    source: Source,
+    source: DescriptionFile,
     node: &Node,
-    names: &Names,
+    names: &KnownNames,
     convention: Convention,
     places: &[Pose],
     links: &mut [Link],
@@ -61,7 +61,12 @@ pub(super) fn standard_parameters(
 }
 
 /// XX .. M of a body given about its centre of mass.
-fn body(source: Source, fields: &Fields, names: &Names, convention: Convention) -> Result<[f64; 10], Error> {
+fn body(
+    source: DescriptionFile,
+    fields: &Fields,
+    names: &KnownNames,
+    convention: Convention,
+) -> Result<[f64; 10], Error> {
     let mass = names.number(source, "`mass`", fields.require("mass")?)?;
     let node = fields.require("centre_of_mass")?;
     let [x, y, z] = node.list(source, "`centre_of_mass`")? else {

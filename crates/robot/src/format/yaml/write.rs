@@ -1,7 +1,7 @@
 //! A robot written as the YAML that [`crate::format::read_yaml`] reads.
 //!
-//! The text is exact: expressions as they stand, numbers as the shortest decimals that read back. Each item that the
-//! format cannot express is noted.
+//! The text is exact: expressions are unchanged, numbers are the shortest decimals with the same value. Each property that
+//! the format cannot express gets a note.
 
 use std::fmt::Write;
 
@@ -10,14 +10,14 @@ use crate::parameter::Inertial;
 use crate::robot::{Drive, JointKind, Limits, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
 use crate::value::{Affine, Value};
 
-/// The text, and what it could not carry.
+/// The YAML text of a robot, and notes on properties that the format cannot express.
 pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     let mut text = String::new();
     // Writing to a String cannot fail.
     macro_rules! line {
         ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
     }
-    let names = Names::new(robot);
+    let names = SymbolNames::new(robot);
     line!("convention: khalil-kleinfinger\nname: {}", named(&robot.name));
     if let Some(source) = &robot.source {
         line!("source: {}", named(source));
@@ -29,8 +29,8 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     if !robot.symbols.is_empty() {
         line!("symbols:");
         for (symbol, name) in robot.symbols.iter().zip(&names.others.symbols) {
-            let told = if symbol.generic { "   # generic: the description gave no value" } else { "" };
-            line!("  {name}: {}{told}", constant(&symbol.value));
+            let comment = if symbol.generic { "   # generic: the description gave no value" } else { "" };
+            line!("  {name}: {}{comment}", constant(&symbol.value));
         }
     }
     line!("coordinates: [{}]", names.others.coordinates[..robot.n_coordinates()].join(", "));
@@ -57,11 +57,11 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
             line!("  {label}: {{{}}}", items.join(", "));
         }
     }
-    (text, told(robot, &names))
+    (text, notes_of_symbols(robot, &names))
 }
 
-/// What the file says of one link, up to its inertial parameters.
-fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
+/// The items of one link in the file, without its inertial parameters.
+fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     let (link, label) = (robot.link(j), &names.labels[j.0]);
     let joint = &link.joint;
     let mut items = vec![format!("link: {}", label)];
@@ -100,8 +100,8 @@ fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
     items
 }
 
-/// The entries of a cut or a twin. The default kind is left out: revolute for a cut, fixed for a twin.
-fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
+/// The items of a cut or a twin. The default kind is omitted: revolute for a cut, fixed for a twin.
+fn frame_items(robot: &Robot, names: &SymbolNames, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
     let kind = match (frame.kind, is_cut) {
         (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
         (JointKind::Revolute, false) => Some("joint: revolute"),
@@ -114,8 +114,14 @@ fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) ->
     items
 }
 
-/// gamma .. r without zeros. The variable of a joint that moves or is held is always written.
-fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKind, variable: &Affine) -> Vec<String> {
+/// gamma .. r without zeros. The variable of a moving or locked joint is always written.
+fn placement(
+    robot: &Robot,
+    names: &SymbolNames,
+    geometry: &ModifiedDh,
+    kind: JointKind,
+    variable: &Affine,
+) -> Vec<String> {
     let keys = ["gamma", "b", "alpha", "d", "theta", "r"];
     let values = [&geometry.gamma, &geometry.b, &geometry.alpha, &geometry.d, &geometry.theta, &geometry.r];
     let moving = match kind {
@@ -132,8 +138,8 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
             }
             continue;
         }
-        // A variable that the loops determine is left out, since the reader finds it again. Its constant part is where
-        // the search starts.
+        // A variable that the loops determine is omitted, since the reader determines it again. Its constant part is the
+        // start of the search.
         match &variable.terms[..] {
             [(k, c)] if k.0 >= n && *c == 1.0 => {
                 let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
@@ -167,8 +173,8 @@ fn limits(limits: Limits) -> Option<String> {
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
 
-/// Whether some version of YAML reads a plain word as something else. A label of digits alone, as Khalil has them,
-/// counts as a word here and reads back as it stands.
+/// Whether some version of YAML reads a plain word as another value. A label of digits alone, as Khalil uses them,
+/// counts as a word here and is read back unchanged.
 fn is_no_word(text: &str) -> bool {
     const RESERVED_WORDS: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
     let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
@@ -178,7 +184,7 @@ fn is_no_word(text: &str) -> bool {
     RESERVED_WORDS.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
 }
 
-/// A plain word, or a text in the quotes of JSON, which YAML reads too.
+/// A text as a plain word, or in the quotes of JSON, which YAML reads too.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*' | '/' | '(' | ')' | '.');
     let is_word = text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']);
@@ -190,7 +196,7 @@ fn quoted(text: &str) -> String {
         .map(|c| match c {
             '"' => "\\\"".into(),
             '\\' => "\\\\".into(),
-            // Characters that YAML reads as a line break, or not at all.
+            // Characters that YAML reads as a line break or refuses.
             c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}') => {
                 format!("\\u{:04x}", u32::from(c))
             }
@@ -200,24 +206,24 @@ fn quoted(text: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-/// A name: in quotes where it would be read as a number or a truth.
+/// A name, in quotes where it would be read as a number or a boolean.
 fn named(text: &str) -> String {
     let plain = quoted(text);
     if plain == text && (is_no_word(text) || text.parse::<f64>().is_ok()) { format!("\"{text}\"") } else { plain }
 }
 
-struct Names {
+struct SymbolNames {
     labels: Vec<String>,
     others: WrittenNames,
 }
 
-impl Names {
+impl SymbolNames {
     /// The label of a link, or `base`.
     fn link(&self, j: Option<LinkId>) -> String {
         j.map_or("base".into(), |j| self.labels[j.0].clone())
     }
 
-    fn new(robot: &Robot) -> Names {
+    fn new(robot: &Robot) -> SymbolNames {
         let word = |text: &str| -> String {
             text.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect()
         };
@@ -225,7 +231,7 @@ impl Names {
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
-            // A number with more characters appended may still be a number, so a letter goes in front.
+            // A number with appended characters may still be a number, so a letter is added in front.
             if is_no_word(&label) {
                 label.insert(0, 'l');
             }
@@ -234,11 +240,11 @@ impl Names {
             }
             labels.push(label);
         }
-        Names { labels, others }
+        SymbolNames { labels, others }
     }
 }
 
-fn told(robot: &Robot, names: &Names) -> Vec<Note> {
+fn notes_of_symbols(robot: &Robot, names: &SymbolNames) -> Vec<Note> {
     let mut notes = Vec::new();
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
     for (link, label) in robot.links.iter().zip(&names.labels) {

@@ -1,53 +1,53 @@
 //! The numbers of a batch of rows of an Arrow table.
 //!
-//! A batch has a node for every column and what is below it, with its length, and buffers: which rows are there, one bit each,
-//! then numbers, or where lists begin. A number that is not there is NaN. Buffers may be compressed, each behind its length.
+//! A batch has a node for every column and its children, with its length, and buffers: the validity of rows, one bit each, then
+//! numbers, or the offsets of lists. A missing number is NaN. Buffers may be compressed, each after its length.
 
 use std::borrow::Cow;
 
 use gate::budget::Budget;
 
-use crate::arrow::flatbuffer::Table;
-use crate::arrow::schema::{Field, Layout};
+use crate::arrow::flatbuffer::FlatTable;
+use crate::arrow::schema::{ArrowField, Layout};
 use logs::reading::Compression;
-use logs::reading::{Kind, Numbers};
 use logs::reading::{MAX_CELLS, MAX_COLUMNS};
+use logs::reading::{NumberType, Numbers};
 
-/// A list takes so much while it is read: its place, and its place if it is there.
+/// Memory of a list while it is read, bytes: its range, and its range if it is valid.
 const LIST_BYTES: usize = size_of::<[usize; 2]>() + size_of::<Option<[usize; 2]>>();
 
-/// A batch as it came.
+/// A batch in its encoded form.
 pub(crate) struct Batch {
     pub rows: usize,
     /// The length of each node.
     nodes: Vec<usize>,
-    /// Place and length of each buffer in the body.
+    /// Position and length of each buffer in the body.
     buffers: Vec<[usize; 2]>,
-    /// Of each column of views, how many buffers it has beyond its own two.
+    /// For each column of views, the number of its buffers beyond the first two.
     view_buffers: Vec<usize>,
     compression: Option<Compression>,
     body: Vec<u8>,
 }
 
-/// A column of the log, or one for each element of its lists.
-pub(crate) struct Column {
+/// A column of the log, or the columns of the elements of its lists.
+pub(crate) struct BatchColumn {
     pub name: String,
     numbers: Numbers,
     is_list: bool,
-    /// Elements of its lists, once they are known; 1 of a plain column.
+    /// Number of elements of its lists, once it is known; 1 for a plain column.
     width: Option<usize>,
-    /// Why it holds no numbers.
+    /// The reason why it has no numbers.
     pub text: Option<String>,
     pub wanted: bool,
-    /// The rows that were read and not handed out, one series for each element.
+    /// The rows that were read and not yet returned, one series for each element.
     pub series: Vec<Vec<f64>>,
 }
 
-impl Column {
-    pub(crate) fn new(field: &Field) -> Column {
-        let kind = field.kind().cloned().unwrap_or_else(|| Kind::Other("nothing".into()));
+impl BatchColumn {
+    pub(crate) fn new(field: &ArrowField) -> BatchColumn {
+        let kind = field.kind().cloned().unwrap_or_else(|| NumberType::Other("nothing".into()));
         let (is_list, text) = (matches!(field.layout, Layout::Lists { .. }), field.text());
-        Column {
+        BatchColumn {
             name: field.name.clone(),
             numbers: Numbers::new(kind),
             is_list,
@@ -60,7 +60,7 @@ impl Column {
 
     /// Whether its numbers are times.
     pub(crate) fn is_timed(&self) -> bool {
-        matches!(self.numbers.kind, Kind::Time { .. }) && self.text.is_none()
+        matches!(self.numbers.kind, NumberType::Time { .. }) && self.text.is_none()
     }
 
     pub(crate) fn is_list(&self) -> bool {
@@ -71,17 +71,17 @@ impl Column {
         self.wanted && self.text.is_none()
     }
 
-    /// Columns that it is of the log.
+    /// Number of columns in the log.
     pub(crate) fn width(&self) -> usize {
         self.width.unwrap_or(1)
     }
 
-    /// Has no numbers from now on, because of `why`.
+    /// Marks it as a column without numbers, because of `why`.
     fn refuse(&mut self, why: String) {
         (self.text, self.series) = (Some(why), Vec::new());
     }
 
-    /// Adds lists of the rows, each from one place of `values` to another.
+    /// Adds lists of the rows, each with its range in `values`.
     fn push_lists(&mut self, lists: &[Option<[usize; 2]>], values: &[f64], budget: &mut Budget) -> Result<(), String> {
         let lengths = || lists.iter().flatten().map(|[from, to]| to - from).filter(|length| *length > 0);
         let Some(width) = self.width.or_else(|| lengths().next()) else {
@@ -109,7 +109,7 @@ impl Column {
 
 impl Batch {
     /// From its message (`RecordBatch` of Message.fbs) and its body.
-    pub(crate) fn new(message: &Table, body: Vec<u8>) -> Result<Batch, String> {
+    pub(crate) fn new(message: &FlatTable, body: Vec<u8>) -> Result<Batch, String> {
         let compression = match message.table(3)? {
             None => None,
             Some(of) => match of.number(0)?.map_or(0, i8::from_le_bytes) {
@@ -131,16 +131,21 @@ impl Batch {
         Ok(Batch { rows, nodes, buffers, view_buffers: words(message.elements(4, 8)?)?, compression, body })
     }
 
-    /// Adds its rows to the columns that are read; `columns` are those of `fields`, depth first.
-    pub(crate) fn read(&self, fields: &[Field], columns: &mut [Column], budget: &mut Budget) -> Result<(), String> {
-        let mut walk = Walk { batch: self, node: 0, buffer: 0, views: 0, budget };
+    /// Adds its rows to the columns that are read; `columns` are the columns of `fields`, depth first.
+    pub(crate) fn read(
+        &self,
+        fields: &[ArrowField],
+        columns: &mut [BatchColumn],
+        budget: &mut Budget,
+    ) -> Result<(), String> {
+        let mut walk = BatchCursor { batch: self, node: 0, buffer: 0, views: 0, budget };
         let mut columns = columns.iter_mut();
         fields.iter().try_for_each(|field| walk.field(field, self.rows, None, &mut columns))
     }
 }
 
-/// A place in the nodes and buffers of a batch.
-struct Walk<'a> {
+/// A position in the nodes and buffers of a batch.
+struct BatchCursor<'a> {
     batch: &'a Batch,
     node: usize,
     buffer: usize,
@@ -148,16 +153,16 @@ struct Walk<'a> {
     budget: &'a mut Budget,
 }
 
-/// Which rows are there; all where there is nothing.
+/// Validity of the rows; `None`: all valid.
 type Present = Option<Vec<bool>>;
 
-impl<'a> Walk<'a> {
+impl<'a> BatchCursor<'a> {
     fn field<'b>(
         &mut self,
-        field: &Field,
+        field: &ArrowField,
         rows: usize,
         within: Option<&[bool]>,
-        columns: &mut impl Iterator<Item = &'b mut Column>,
+        columns: &mut impl Iterator<Item = &'b mut BatchColumn>,
     ) -> Result<(), String> {
         let named = |e: String| format!("column `{}`: {e}", field.name);
         if field.layout == Layout::Structure {
@@ -174,10 +179,10 @@ impl<'a> Walk<'a> {
 
     fn column(
         &mut self,
-        field: &Field,
+        field: &ArrowField,
         rows: usize,
         within: Option<&[bool]>,
-        column: &mut Column,
+        column: &mut BatchColumn,
     ) -> Result<(), String> {
         self.node(rows)?;
         let present = self.present(rows, within)?;
@@ -188,7 +193,8 @@ impl<'a> Walk<'a> {
                 column.series[0].extend(values);
                 Ok(())
             }
-            (Layout::Lists { length, offset_bytes }, [Field { layout: Layout::Numbers { bytes, .. }, .. }]) => {
+            (Layout::Lists { length, offset_bytes }, [ArrowField { layout: Layout::Numbers { bytes, .. }, .. }]) => {
+                // The ranges of the lists are checked before their elements are read.
                 self.budget.draw(rows.saturating_mul(LIST_BYTES))?;
                 let places = match length {
                     Some(length) => (0..rows).map(|r| [r * length, (r + 1) * length]).collect(),
@@ -205,12 +211,13 @@ impl<'a> Walk<'a> {
                     places.into_iter().enumerate().map(|(r, list)| is_there(r).then_some(list)).collect();
                 column.push_lists(&lists, &values, self.budget)
             }
+            // The layout was checked when the schema was read.
             _ => Err("it holds no numbers".into()),
         }
     }
 
-    /// Passes over a field and what is below it.
-    fn skip(&mut self, field: &Field) -> Result<(), String> {
+    /// Skips a field and its children.
+    fn skip(&mut self, field: &ArrowField) -> Result<(), String> {
         self.any_node()?;
         self.buffer += match &field.layout {
             Layout::Numbers { .. } => 2,
@@ -238,7 +245,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The next buffer, unpacked.
+    /// The next buffer, decompressed.
     fn bytes(&mut self) -> Result<Cow<'a, [u8]>, String> {
         let batch = self.batch;
         let [start, length] = batch.buffers.get(self.buffer).copied().ok_or("a batch lacks it: the file is damaged")?;
@@ -258,7 +265,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Which of the rows are there, and stand in a structure that is there.
+    /// Validity of the rows, considering the validity of the structure that they belong to.
     fn present(&mut self, rows: usize, within: Option<&[bool]>) -> Result<Present, String> {
         let bits = self.bytes()?;
         if bits.is_empty() {
@@ -271,7 +278,7 @@ impl<'a> Walk<'a> {
         Ok(Some((0..rows).map(is_there).collect()))
     }
 
-    /// From where to where each list is.
+    /// The range of each list.
     fn offsets(&mut self, rows: usize, bytes: usize) -> Result<Vec<[usize; 2]>, String> {
         let offsets = self.bytes()?;
         if offsets.len() / bytes < rows + usize::from(rows > 0) {
@@ -309,13 +316,13 @@ fn short(rows: usize) -> String {
 
 /// The number of these bytes, the lowest first.
 fn number(word: &[u8], numbers: &mut Numbers) -> f64 {
-    let signed = matches!(numbers.kind, Kind::Integer { signed: true } | Kind::Time { .. });
+    let signed = matches!(numbers.kind, NumberType::Integer { signed: true } | NumberType::Time { .. });
     match (&numbers.kind, word) {
-        (Kind::Real, &[a, b, c, d, e, f, g, h]) => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
-        (Kind::Real, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
-        (Kind::Half, [_, _]) => numbers.bytes(word),
-        (Kind::Decimal { .. }, _) => numbers.bytes(&word.iter().rev().copied().collect::<Vec<_>>()),
-        (Kind::Integer { .. } | Kind::Time { .. }, &[.., last]) if word.len() <= 8 => {
+        (NumberType::Real, &[a, b, c, d, e, f, g, h]) => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
+        (NumberType::Real, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        (NumberType::Half, [_, _]) => numbers.bytes(word),
+        (NumberType::Decimal { .. }, _) => numbers.bytes(&word.iter().rev().copied().collect::<Vec<_>>()),
+        (NumberType::Integer { .. } | NumberType::Time { .. }, &[.., last]) if word.len() <= 8 => {
             let sign = if signed && last & 0x80 != 0 { 0xff } else { 0 };
             let mut whole = [sign; 8];
             whole[..word.len()].copy_from_slice(word);

@@ -1,6 +1,6 @@
 //! An Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
 //!
-//! One batch is in memory at a time, and the rows of it that were not handed out. Null is NaN.
+//! Only one batch and its rows that were not yet returned are in memory. Null is NaN.
 //!
 //! Not here: words of a dictionary, tensors, the byte order of other machines.
 
@@ -8,36 +8,36 @@ use std::io::Read;
 
 use gate::budget::Budget;
 
-use crate::arrow::batch::{Batch, Column};
-use crate::arrow::flatbuffer::Table as Description;
-use crate::arrow::messages::{FILE_MAGIC, Messages, Pieces, RECORD_BATCH};
-use crate::arrow::schema::{Field, Layout};
+use crate::arrow::batch::{Batch, BatchColumn};
+use crate::arrow::flatbuffer::FlatTable as Description;
+use crate::arrow::messages::{FILE_MAGIC, Messages, RECORD_BATCH, ReadRange};
+use crate::arrow::schema::{ArrowField, Layout};
 use logs::Error;
 use logs::Table;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS, RowReader, check_header};
 use logs::reading::{time_note, without_unit};
 
-/// Rows of a file on their way into tables.
+/// A reader of the rows of a file.
 pub(crate) struct ArrowReader<'a> {
     file: String,
     messages: Messages<'a>,
-    /// It grows with what is read.
+    /// The budget grows with the bytes that were read.
     budget: Budget,
-    fields: Vec<Field>,
-    columns: Vec<Column>,
+    fields: Vec<ArrowField>,
+    columns: Vec<BatchColumn>,
     header: Vec<String>,
     notes: Vec<String>,
-    /// Rows in the series of the columns, and how many of them were handed out.
+    /// Number of rows in the series of the columns, and how many of them were returned.
     rows: usize,
     taken: usize,
-    /// Rows handed out so far.
+    /// Rows returned so far.
     handed: usize,
     ended: bool,
 }
 
 impl<'a> ArrowReader<'a> {
-    /// Reads the index of a file of so many bytes, and its first rows.
-    pub(crate) fn of_file(file: &str, pieces: Pieces<'a>, length: u64) -> Result<ArrowReader<'a>, Error> {
+    /// Reads the index of a file of `length` bytes, and its first rows.
+    pub(crate) fn of_file(file: &str, pieces: ReadRange<'a>, length: u64) -> Result<ArrowReader<'a>, Error> {
         ArrowReader::new(file, Messages::of_file(pieces, length))
     }
 
@@ -59,8 +59,8 @@ impl<'a> ArrowReader<'a> {
         ArrowReader::of_file(file, Box::new(piece), bytes.len() as u64)
     }
 
-    /// Reads the first rows: they say how long lists are.
-    fn new(file: &str, begun: Result<(Messages<'a>, Vec<Field>), String>) -> Result<ArrowReader<'a>, Error> {
+    /// Reads the first rows: they determine the lengths of lists.
+    fn new(file: &str, begun: Result<(Messages<'a>, Vec<ArrowField>), String>) -> Result<ArrowReader<'a>, Error> {
         let at = |e: String| Error::at(file, 0, e);
         let (messages, fields) = begun.map_err(at)?;
         let mut columns = Vec::new();
@@ -81,6 +81,7 @@ impl<'a> ArrowReader<'a> {
             handed: 0,
             ended: false,
         };
+        // A file may begin with empty batches.
         while reader.rows == 0 && !reader.ended {
             reader.next_batch().map_err(at)?;
         }
@@ -91,7 +92,7 @@ impl<'a> ArrowReader<'a> {
         Ok(reader)
     }
 
-    /// Adds the rows of the next batch, if the next message is one.
+    /// Adds the rows of the next batch, if the next message is a batch.
     fn next_batch(&mut self) -> Result<(), String> {
         let Some(message) = self.messages.next()? else {
             self.ended = true;
@@ -104,12 +105,13 @@ impl<'a> ArrowReader<'a> {
         let added = (|| {
             let description = Description::root(&message.description)?.table(2)?.ok_or("it has no description")?;
             let batch = Batch::new(&description, message.body)?;
+            // Rows that were returned are released before the new ones are added.
             for series in self.columns.iter_mut().flat_map(|column| &mut column.series) {
                 series.drain(..self.taken.min(series.len()));
             }
             (self.rows, self.taken) = (self.rows - self.taken, 0);
             let rows = self.rows + batch.rows;
-            let width: usize = self.columns.iter().filter(|column| column.is_read()).map(Column::width).sum();
+            let width: usize = self.columns.iter().filter(|column| column.is_read()).map(BatchColumn::width).sum();
             if rows.saturating_mul(width.max(1)) > MAX_CELLS {
                 return Err(format!(
                     "{rows} rows of {width} columns: at most {MAX_CELLS} numbers are expected; keep the columns of the \
@@ -154,17 +156,17 @@ impl<'a> ArrowReader<'a> {
 }
 
 /// The columns of fields, depth first.
-fn leaves(fields: &[Field], columns: &mut Vec<Column>) {
+fn leaves(fields: &[ArrowField], columns: &mut Vec<BatchColumn>) {
     for field in fields {
         match field.layout {
             Layout::Structure => leaves(&field.below, columns),
-            _ => columns.push(Column::new(field)),
+            _ => columns.push(BatchColumn::new(field)),
         }
     }
 }
 
-/// Names of the columns that a column is of the log.
-fn headers(column: &Column) -> Vec<String> {
+/// Names of the columns in the log that a column gives.
+fn headers(column: &BatchColumn) -> Vec<String> {
     let name = if column.is_timed() { without_unit(&column.name) } else { &column.name };
     match column.is_list() {
         true => (1..=column.width()).map(|k| format!("{name}_{k}")).collect(),
@@ -196,7 +198,7 @@ impl RowReader for ArrowReader<'_> {
             self.next_batch().map_err(failed)?;
         }
         let count = most.min(self.rows - self.taken);
-        let has_numbers = self.columns.iter().any(Column::is_read);
+        let has_numbers = self.columns.iter().any(BatchColumn::is_read);
         if self.handed == 0 && (count == 0 || !has_numbers) {
             let what = if count == 0 { "the file has no row" } else { "no column holds numbers" };
             return Err(failed(format!("{what}; the columns are: {}", self.header.join(", "))));

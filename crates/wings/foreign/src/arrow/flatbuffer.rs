@@ -1,18 +1,18 @@
-//! Fields of a flatbuffer (flatbuffers.dev, "Internals"), in which Arrow writes what its messages are.
+//! Fields of a flatbuffer (flatbuffers.dev, "Internals"), the format of Arrow's message descriptions.
 //!
-//! A table begins with the distance back to its index, 4 bytes. The index holds its own length and that of the table, 2
-//! bytes each, and for every field the distance from the start of the table, or 0 where the field has its default. A field that is a table, a
-//! text or a vector holds the distance to it. Numbers are little-endian. Every place is looked at before it is read.
+//! A table begins with the distance back to its index, 4 bytes. The index has its own length and the length of the table, 2 bytes
+//! each, and for every field the distance from the start of the table, or 0 where the field has its default. A field that is a
+//! table, a text or a vector has the distance to it. Numbers are little-endian. Every position is checked before it is read.
 
-/// Most elements of a vector of tables: no log has more columns.
+/// Greatest number of elements of a vector of tables: no log has more columns.
 const MAX_TABLES: usize = 10_000;
 
 /// A table of a flatbuffer.
 #[derive(Clone, Copy)]
-pub(crate) struct Table<'a> {
+pub(crate) struct FlatTable<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Where its index is, and how many bytes that has.
+    /// Position of its index, and the length of the index in bytes.
     index: (usize, usize),
 }
 
@@ -25,19 +25,19 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], String> {
     found.copied().map_or_else(damaged, Ok)
 }
 
-/// The place that the distance at this place leads to.
+/// The position that the distance at `at` leads to.
 fn target(bytes: &[u8], at: usize) -> Result<usize, String> {
     let distance = u32::from_le_bytes(number(bytes, at)?) as usize;
     at.checked_add(distance).filter(|end| *end < bytes.len()).map_or_else(damaged, Ok)
 }
 
-impl<'a> Table<'a> {
-    /// The table that a buffer begins with.
-    pub(crate) fn root(bytes: &'a [u8]) -> Result<Table<'a>, String> {
-        Table::at(bytes, target(bytes, 0)?)
+impl<'a> FlatTable<'a> {
+    /// The table at the start of a buffer.
+    pub(crate) fn root(bytes: &'a [u8]) -> Result<FlatTable<'a>, String> {
+        FlatTable::at(bytes, target(bytes, 0)?)
     }
 
-    fn at(bytes: &'a [u8], at: usize) -> Result<Table<'a>, String> {
+    fn at(bytes: &'a [u8], at: usize) -> Result<FlatTable<'a>, String> {
         let back = i32::from_le_bytes(number(bytes, at)?);
         let index = i64::try_from(at).ok().and_then(|at| usize::try_from(at - i64::from(back)).ok());
         let index = index.map_or_else(damaged, Ok)?;
@@ -45,10 +45,10 @@ impl<'a> Table<'a> {
         if bytes.len() - index < length {
             return damaged();
         }
-        Ok(Table { bytes, at, index: (index, length) })
+        Ok(FlatTable { bytes, at, index: (index, length) })
     }
 
-    /// Where a field is; `None` where it has its default.
+    /// The position of a field; `None` where it has its default.
     fn field(&self, id: usize) -> Result<Option<usize>, String> {
         let (index, length) = self.index;
         let entry = 4 + 2 * id;
@@ -59,7 +59,7 @@ impl<'a> Table<'a> {
         Ok((distance > 0).then_some(self.at + distance))
     }
 
-    /// A number of so many bytes; `None` where it has its default.
+    /// A number of N bytes; `None` where it has its default.
     pub(crate) fn number<const N: usize>(&self, id: usize) -> Result<Option<[u8; N]>, String> {
         self.field(id)?.map(|at| number(self.bytes, at)).transpose()
     }
@@ -80,11 +80,11 @@ impl<'a> Table<'a> {
         usize::try_from(length).or_else(|_| damaged())
     }
 
-    pub(crate) fn table(&self, id: usize) -> Result<Option<Table<'a>>, String> {
-        self.field(id)?.map(|at| Table::at(self.bytes, target(self.bytes, at)?)).transpose()
+    pub(crate) fn table(&self, id: usize) -> Result<Option<FlatTable<'a>>, String> {
+        self.field(id)?.map(|at| FlatTable::at(self.bytes, target(self.bytes, at)?)).transpose()
     }
 
-    /// Number and first place of the elements of a vector.
+    /// Number and first position of the elements of a vector.
     fn vector(&self, id: usize) -> Result<(usize, usize), String> {
         let Some(at) = self.field(id)? else { return Ok((0, 0)) };
         let at = target(self.bytes, at)?;
@@ -102,13 +102,13 @@ impl<'a> Table<'a> {
         std::str::from_utf8(self.elements(id, 1)?).map_err(|_| "a name in its description is no UTF-8".into())
     }
 
-    pub(crate) fn tables(&self, id: usize) -> Result<Vec<Table<'a>>, String> {
+    pub(crate) fn tables(&self, id: usize) -> Result<Vec<FlatTable<'a>>, String> {
         let places = self.elements(id, 4)?;
         let (count, first) = (places.len() / 4, self.vector(id)?.1);
         if count > MAX_TABLES {
             return Err(format!("{count} columns; at most {MAX_TABLES} are expected"));
         }
-        (0..count).map(|k| Table::at(self.bytes, target(self.bytes, first + 4 * k)?)).collect()
+        (0..count).map(|k| FlatTable::at(self.bytes, target(self.bytes, first + 4 * k)?)).collect()
     }
 }
 
@@ -116,10 +116,10 @@ impl<'a> Table<'a> {
 mod tests {
     use super::*;
 
-    /// A table whose field 0 is 7 in two bytes, field 1 its default, field 2 the text `ab`, field 3 a vector of itself.
+    /// A table with field 0 = 7 in two bytes, field 1 its default, field 2 the text `ab`, field 3 a vector of itself.
     fn buffer() -> Vec<u8> {
         let mut bytes = vec![16, 0, 0, 0];
-        // The index: its length, that of the table, four fields.
+        // The index: its length, the length of the table, four fields.
         bytes.extend([12u16, 16, 4, 0, 8, 12].iter().flat_map(|x| x.to_le_bytes()));
         // The table, at 16: back by 12 to the index.
         bytes.extend(12i32.to_le_bytes());
@@ -135,13 +135,13 @@ mod tests {
     #[test]
     fn fields_and_defaults() {
         let bytes = buffer();
-        let table = Table::root(&bytes).unwrap();
+        let table = FlatTable::root(&bytes).unwrap();
         assert_eq!((table.short(0, 1), table.short(1, 1), table.short(9, 1)), (Ok(7), Ok(1), Ok(1)));
         assert_eq!((table.text(2), table.text(1)), (Ok("ab"), Ok("")));
         assert_eq!(table.tables(3).unwrap().len(), 0);
     }
 
-    /// Whatever stands in it, a buffer is read or refused.
+    /// Whatever it contains, a buffer is read or refused.
     #[test]
     fn damage_is_no_panic() {
         let whole = buffer();
@@ -150,7 +150,7 @@ mod tests {
                 let mut bytes = whole.clone();
                 bytes[at] = byte;
                 for bytes in [&bytes[..], &bytes[..at]] {
-                    if let Ok(table) = Table::root(bytes) {
+                    if let Ok(table) = FlatTable::root(bytes) {
                         let _read_or_refused = (
                             table.number::<8>(0),
                             table.length(1),

@@ -1,73 +1,73 @@
-//! The messages of an Arrow stream, or those that the index of an Arrow file tells of.
+//! The messages of an Arrow stream, or the messages listed in the index of an Arrow file.
 //!
 //! A message is four bytes of ones, the length of its description in four bytes, the description (`flatbuffer`), and its body.
-//! Before Arrow 0.15 the ones were not there. A stream begins with the schema. A file has schema and places of batches in its
-//! index at the end, as Parquet has: some writers leave the schema out of the messages.
+//! Before Arrow 0.15 the ones were missing. A stream begins with the schema. A file has the schema and the positions of the
+//! batches in its index at the end, like Parquet: some writers omit the schema message.
 
 use std::io::{self, Read};
 
-use crate::arrow::flatbuffer::Table;
-use crate::arrow::schema::Field;
+use crate::arrow::flatbuffer::FlatTable;
+use crate::arrow::schema::ArrowField;
 use logs::reading::MAX_FILE_BYTES;
 
-/// What a file begins with, and ends with but for the zeros.
+/// The first bytes of a file; without the zeros also the last ones.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
-/// Bytes behind the index: its length, and the magic.
+/// Bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 10;
-/// What every message begins with since Arrow 0.15.
+/// The first bytes of every message since Arrow 0.15.
 const CONTINUED: [u8; 4] = [0xff; 4];
-/// Longest description of a message.
+/// Greatest length of the description of a message, bytes.
 const MAX_DESCRIPTION_BYTES: usize = 1 << 26;
 
 /// Kinds of messages.
 const SCHEMA: u8 = 1;
 pub(crate) const RECORD_BATCH: u8 = 3;
 
-/// What a message says it is, its description, and its body.
+/// Kind, description and body of a message.
 pub(crate) struct Message {
     pub kind: u8,
     pub description: Vec<u8>,
     pub body: Vec<u8>,
 }
 
-/// Reads bytes of a file: from where, and how many.
-pub(crate) type Pieces<'a> = Box<dyn Fn(u64, usize) -> io::Result<Vec<u8>> + Send + 'a>;
+/// Reads bytes of a file: position and count.
+pub(crate) type ReadRange<'a> = Box<dyn Fn(u64, usize) -> io::Result<Vec<u8>> + Send + 'a>;
 
-/// Where messages come from.
+/// The source of messages.
 pub(crate) enum Messages<'a> {
     Stream {
         source: Box<dyn Read + Send + 'a>,
         at: u64,
     },
-    /// Places and lengths of the batches, the next one first.
+    /// Positions and lengths of the batches, the next one first.
     File {
-        pieces: Pieces<'a>,
-        batches: std::vec::IntoIter<Place>,
+        pieces: ReadRange<'a>,
+        batches: std::vec::IntoIter<MessageRange>,
         all: usize,
     },
 }
 
-/// Where a message of a file is.
-pub(crate) struct Place {
+/// The position of a message in a file.
+pub(crate) struct MessageRange {
     at: u64,
-    /// Bytes of its description with what is before that, and of its body.
+    /// Bytes of its description with its prefix, and of its body.
     description: usize,
     body: usize,
 }
 
 impl<'a> Messages<'a> {
     /// A stream, and its schema.
-    pub(crate) fn of_stream(source: Box<dyn Read + Send + 'a>) -> Result<(Messages<'a>, Vec<Field>), String> {
+    pub(crate) fn of_stream(source: Box<dyn Read + Send + 'a>) -> Result<(Messages<'a>, Vec<ArrowField>), String> {
         let mut messages = Messages::Stream { source, at: 0 };
         let message = messages.next()?.filter(|message| message.kind == SCHEMA);
         let message = message.ok_or("it does not begin with the schema of a table: it is no Arrow stream")?;
-        let schema = Table::root(&message.description)?.table(2)?.ok_or("its schema is empty")?;
-        let fields = Field::all(&schema)?;
+        let schema = FlatTable::root(&message.description)?.table(2)?.ok_or("its schema is empty")?;
+        let fields = ArrowField::all(&schema)?;
         Ok((messages, fields))
     }
 
-    /// A file of so many bytes, and its schema.
-    pub(crate) fn of_file(pieces: Pieces<'a>, length: u64) -> Result<(Messages<'a>, Vec<Field>), String> {
+    /// A file of `length` bytes, and its schema.
+    pub(crate) fn of_file(pieces: ReadRange<'a>, length: u64) -> Result<(Messages<'a>, Vec<ArrowField>), String> {
         let failed = |e: io::Error| format!("cannot be read: {e}");
         let tail = pieces(length.saturating_sub(TAIL_BYTES as u64), TAIL_BYTES.min(length as usize)).map_err(failed)?;
         let cut = "it does not end with ARROW1: it is cut short, or its writer was never closed; its index stands at the \
@@ -77,15 +77,15 @@ impl<'a> Messages<'a> {
         let start = (length - TAIL_BYTES as u64).checked_sub(size as u64).filter(|_| size <= MAX_DESCRIPTION_BYTES);
         let start = start.ok_or_else(|| format!("the index claims {size} bytes of a file of {length}"))?;
         let index = pieces(start, size).map_err(failed)?;
-        let index = Table::root(&index)?;
-        let fields = Field::all(&index.table(1)?.ok_or("its schema is empty")?)?;
-        // Place, 8 bytes; length of the description, 4 of 8; length of the body, 8.
+        let index = FlatTable::root(&index)?;
+        let fields = ArrowField::all(&index.table(1)?.ok_or("its schema is empty")?)?;
+        // Position, 8 bytes; length of the description, 4 of 8; length of the body, 8.
         let place = |block: &[u8]| {
             let word = |at: usize| block[at..].first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
             let [description, body] = [word(8) & 0xffff_ffff, word(16)];
             let end = word(0).checked_add(description).and_then(|end| end.checked_add(body));
             let inside = end.is_some_and(|end| end <= length) && body <= MAX_FILE_BYTES;
-            let place = || Place { at: word(0), description: description as usize, body: body as usize };
+            let place = || MessageRange { at: word(0), description: description as usize, body: body as usize };
             inside
                 .then(place)
                 .ok_or_else(|| format!("the index has a batch of {body} bytes at byte {} of {length}", word(0)))
@@ -103,7 +103,7 @@ impl<'a> Messages<'a> {
         }
     }
 
-    /// Which message was the last, for refusals.
+    /// The last message, for error messages.
     pub(crate) fn place(&self) -> String {
         match self {
             Messages::Stream { at, .. } => format!("batch before byte {at}"),
@@ -112,18 +112,18 @@ impl<'a> Messages<'a> {
     }
 }
 
-fn placed(pieces: &Pieces, place: &Place) -> Result<Message, String> {
+fn placed(pieces: &ReadRange, place: &MessageRange) -> Result<Message, String> {
     let failed = |e: io::Error| format!("cannot be read: {e}");
     let head = pieces(place.at, place.description).map_err(failed)?;
     let before = if head.starts_with(&CONTINUED) { 8 } else { 4 };
     let description = head.get(before..).unwrap_or_default().to_vec();
-    let kind = Table::root(&description)?.number(1)?.map_or(0, u8::from_le_bytes);
+    let kind = FlatTable::root(&description)?.number(1)?.map_or(0, u8::from_le_bytes);
     let body = pieces(place.at + place.description as u64, place.body).map_err(failed)?;
     Ok(Message { kind, description, body })
 }
 
 fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, String> {
-    // Nothing is allocated for what is only claimed.
+    // Nothing is allocated before the bytes are available.
     let mut piece = |count: u64, may_end: bool| {
         let mut piece = Vec::new();
         (&mut *source).take(count).read_to_end(&mut piece).map_err(|e| format!("cannot be read: {e}"))?;
@@ -139,7 +139,7 @@ fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, Stri
     if length == CONTINUED {
         length = piece(4, false)?;
     }
-    // A stream may end without a word.
+    // A stream may end without an end marker.
     let length = <[u8; 4]>::try_from(length).map_or(0, u32::from_le_bytes);
     if length == 0 {
         return Ok(None);
@@ -148,7 +148,7 @@ fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, Stri
         return Err(format!("a description claims {length} bytes; at most {MAX_DESCRIPTION_BYTES} are expected"));
     }
     let description = piece(length.into(), false)?;
-    let message = Table::root(&description)?;
+    let message = FlatTable::root(&description)?;
     let (kind, size) = (message.number(1)?.map_or(0, u8::from_le_bytes), message.length(3)? as u64);
     if size > MAX_FILE_BYTES {
         return Err(format!("a batch of {size} bytes: at most {MAX_FILE_BYTES} are read; write smaller batches"));

@@ -12,7 +12,7 @@ use logs::{Error, Table};
 
 use crate::arrow::batches::ArrowReader;
 
-/// Reads files.
+/// The reader of files.
 pub(crate) const FILE: LogReader = LogReader::Indexed {
     of_file: |file, pieces| {
         let length = pieces.length();
@@ -21,7 +21,7 @@ pub(crate) const FILE: LogReader = LogReader::Indexed {
     of_bytes,
 };
 
-/// Reads streams.
+/// The reader of streams.
 pub(crate) const STREAM: LogReader =
     LogReader::Stream { of_source: |file, source| Ok(Box::new(ArrowReader::of_stream(file, source)?)), of_bytes };
 

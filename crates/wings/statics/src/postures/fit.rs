@@ -1,4 +1,4 @@
-//! Least squares whose joints are each weighted by what is left of their torques.
+//! Least squares with each joint weighted by the residual of its torques.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::solve_within;
@@ -6,33 +6,41 @@ use numerics::triangle::TriangleBuilder;
 
 use rist::Error;
 
-/// A value with its deviation; `None` where the postures do not tell it.
-pub type Told = Option<(f64, f64)>;
+/// A value with its standard deviation; `None` where the postures do not determine it.
+pub type ValueWithSigma = Option<(f64, f64)>;
+/// Number of fits with new weights.
+const REWEIGHTING_ROUNDS: usize = 5;
+/// Least standard deviation of a joint's torque, over the rms of the torque.
+const LEAST_DEVIATION_SHARE: f64 = 1e-9;
 
-/// Least squares over joints that are each weighted by their own residual.
-pub(super) struct Fit {
-    pub told: Vec<Told>,
+/// Least squares over joints, each weighted by its residual.
+pub(super) struct PostureFit {
+    pub identified: Vec<ValueWithSigma>,
     pub solution: DVector<f64>,
     pub residuals: Vec<DVector<f64>>,
-    /// Of each joint's torques.
+    /// Standard deviation of each joint's torque, N m (N).
     pub deviations: Vec<f64>,
 }
 
-impl Fit {
-    /// `untold`: the ratio of singular values from which a direction is not told.
-    pub(super) fn of(joints: &[DMatrix<f64>], torques: &[DVector<f64>], untold: f64) -> Result<Fit, Error> {
+impl PostureFit {
+    /// `not_identifiable`: the ratio of singular values below which a direction is not identifiable.
+    pub(super) fn of(
+        joints: &[DMatrix<f64>],
+        torques: &[DVector<f64>],
+        not_identifiable: f64,
+    ) -> Result<PostureFit, Error> {
         let (n, unknowns) = (joints.len(), joints.first().map_or(0, DMatrix::ncols));
         let count = torques.first().map_or(0, DVector::len) as f64;
         let free = (count - unknowns as f64 / n.max(1) as f64).max(1.0);
         let mut deviations = vec![1.0; n];
-        let mut fit = Fit::weighted(joints, torques, &deviations, untold)?;
-        // The weights settle in a few rounds.
-        for _ in 0..5 {
+        let mut fit = PostureFit::weighted(joints, torques, &deviations, not_identifiable)?;
+        // The weights converge in a few rounds.
+        for _ in 0..REWEIGHTING_ROUNDS {
             for ((deviation, residual), torque) in deviations.iter_mut().zip(&fit.residuals).zip(torques) {
-                let least = 1e-9 * (torque.norm() / count.sqrt()).max(f64::MIN_POSITIVE);
+                let least = LEAST_DEVIATION_SHARE * (torque.norm() / count.sqrt()).max(f64::MIN_POSITIVE);
                 *deviation = (residual.norm_squared() / free).sqrt().max(least);
             }
-            fit = Fit::weighted(joints, torques, &deviations, untold)?;
+            fit = PostureFit::weighted(joints, torques, &deviations, not_identifiable)?;
         }
         Ok(fit)
     }
@@ -41,8 +49,8 @@ impl Fit {
         joints: &[DMatrix<f64>],
         torques: &[DVector<f64>],
         deviations: &[f64],
-        untold: f64,
-    ) -> Result<Fit, Error> {
+        not_identifiable: f64,
+    ) -> Result<PostureFit, Error> {
         let unknowns = joints.first().map_or(0, DMatrix::ncols);
         let mut rows = TriangleBuilder::new(unknowns);
         let (mut row, mut is_finite) = (vec![0.0; unknowns], true);
@@ -55,12 +63,17 @@ impl Fit {
             }
         }
         if !is_finite {
-            return Err(Error::new("the numbers of the postures leave the range of numbers"));
+            return Err(Error::new("the numbers of the postures exceed the range of floating-point numbers"));
         }
-        let found = solve_within(&rows.finish(), untold);
-        let told = |c: usize| found.determined[c].then(|| (found.x[c], found.inverse[(c, c)].sqrt()));
+        let found = solve_within(&rows.finish(), not_identifiable);
+        let value = |c: usize| found.determined[c].then(|| (found.x[c], found.inverse[(c, c)].sqrt()));
         let solution = DVector::from_column_slice(&found.x);
         let residuals = joints.iter().zip(torques).map(|(columns, torque)| torque - columns * &solution).collect();
-        Ok(Fit { told: (0..unknowns).map(told).collect(), solution, residuals, deviations: deviations.to_vec() })
+        Ok(PostureFit {
+            identified: (0..unknowns).map(value).collect(),
+            solution,
+            residuals,
+            deviations: deviations.to_vec(),
+        })
     }
 }

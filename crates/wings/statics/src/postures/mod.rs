@@ -1,13 +1,14 @@
-//! What a robot at rest tells: its gravity parameters, and with the bodies of its description zeros and mount.
+//! Identification from a robot at rest: its gravity parameters; with the nominal bodies also zeros and mount.
 //!
 //! ```text
-//! tau_j = sum_c G_jc(q) X_c + OFF_j                                gravity parameters, one offset a joint
-//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| as described       zeros z and mount, bodies as described
+//! tau_j = sum_c G_jc(q) X_c + OFF_j                            gravity parameters, one offset a joint
+//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal        zeros z and mount, nominal bodies
 //! ```
-//! G is the base regressor at rest, without the columns that are zero or combinations of others at every posture; what those
-//! would say is within the others. T_i is the torque of the described bodies under gravity along axis i of the base. Rows
-//! have the weight of their joint's residual, whose deviation holds friction at rest too. Deviations are those of least
-//! squares. With free bodies no zero is told: a turned joint and a turned first moment are one.
+//! G is the base regressor at rest, without the columns that are zero or linear combinations of others at every posture; the
+//! parameters of the dependent columns are combined with the others. T_i is the torque of the nominal bodies under gravity along
+//! axis i of the base. Rows have the weight of their joint's residual, whose standard deviation includes friction at rest.
+//! Standard deviations are those of least squares. With free bodies no zero is identifiable: a turned joint is equivalent to
+//! turned first moments.
 
 mod fit;
 mod mistakes;
@@ -26,22 +27,27 @@ use nalgebra::{DMatrix, DVector};
 use random::Random;
 use serde_json::{Value, json};
 
-use crate::postures::fit::Fit;
-pub use crate::postures::fit::Told;
+use crate::postures::fit::PostureFit;
+pub use crate::postures::fit::ValueWithSigma;
 pub use crate::postures::mistakes::Mistake;
-pub use crate::postures::placement::Placed;
+pub use crate::postures::placement::ZerosAndMount;
 use crate::postures::placement::{looks_for_mistakes, placed};
 use rist::Error;
 use rist::Model;
 
-/// A share of a column in another is none below this.
-const NOTHING: f64 = 1e-8;
-/// A direction whose singular value is below this share of the largest is not told.
-const UNTOLD: f64 = 1e-6;
+/// A smaller share of a column in another one is zero.
+const ZERO_SHARE: f64 = 1e-8;
+/// A direction with a singular value below this share of the largest is not identifiable.
+const NOT_IDENTIFIABLE: f64 = 1e-6;
+/// Random postures, at least, and rows per base parameter, for the independent columns.
+const MIN_RANDOM_POSTURES: usize = 20;
+const ROWS_PER_PARAMETER: usize = 4;
+/// Range of sliding joints at these postures, m.
+const SLIDING_RANGE_M: f64 = 0.5;
 
 /// A gravity parameter.
 pub struct GravityParameter {
-    /// The base parameter, and what postures cannot tell from it with its share.
+    /// The base parameter, and the parameters that postures cannot separate from it, with their shares.
     pub name: String,
     /// `kg m`, `kg`.
     pub unit: String,
@@ -50,17 +56,18 @@ pub struct GravityParameter {
     with: Vec<(usize, f64)>,
 }
 
-/// The gravity parameters of a model: all that postures can tell.
+/// The gravity parameters of a model: all parameters that postures can determine.
 ///
 /// Fails where the base regressor has no finite value at rest.
 pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error> {
     let regressor = model.regressor();
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
+    // columns that are dependent at random postures are dependent at all postures
     let mut random = Random::new(1);
     let mut rows = Vec::new();
-    for _ in 0..20 + 4 * p.div_ceil(n.max(1)) {
-        let reach = |k: usize| if regressor.is_prismatic(k) { 0.5 } else { std::f64::consts::PI };
-        let q: Vec<f64> = (0..n).map(|k| random.between(-reach(k), reach(k))).collect();
+    for _ in 0..MIN_RANDOM_POSTURES + ROWS_PER_PARAMETER * p.div_ceil(n.max(1)) {
+        let range = |k: usize| if regressor.is_prismatic(k) { SLIDING_RANGE_M } else { std::f64::consts::PI };
+        let q: Vec<f64> = (0..n).map(|k| random.between(-range(k), range(k))).collect();
         let y = at_rest(model, &q);
         if y.iter().all(|x| x.is_finite()) {
             rows.extend(y);
@@ -70,14 +77,16 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
         return Err(Error::new("the torques at rest are no numbers at any posture that was tried"));
     }
     let matrix = DMatrix::from_row_slice(rows.len() / p.max(1), p, &rows);
-    let columns = independent_columns(&matrix)
-        .map_err(|_| Error::new("the torques at rest leave the range of numbers at postures that were tried"))?;
+    let columns = independent_columns(&matrix).map_err(|_| {
+        Error::new("the torques at rest exceed the range of floating-point numbers at postures that were tried")
+    })?;
     let name = |c: usize| Parameter::from(&regressor.parameters()[c]).id.to_string();
     let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
     let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
     let mut kept: Vec<GravityParameter> = kept.collect();
+    // a dependent column c = sum of shares of kept columns: its parameter joins theirs by these shares
     for (c, shares) in &columns.dependent {
-        for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > NOTHING) {
+        for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > ZERO_SHARE) {
             let sign = if *share < 0.0 { '-' } else { '+' };
             parameter.name += &format!(" {sign} {} {}", significant(share.abs(), 4), name(*c));
             parameter.with.push((*c, *share));
@@ -94,35 +103,35 @@ fn at_rest(model: &Model, q: &[f64]) -> Vec<f64> {
     y
 }
 
-/// What postures tell.
+/// The estimate from postures.
 pub struct PostureEstimate {
     /// The gravity parameters, in their order.
     pub parameters: Vec<GravityParameter>,
-    /// Value and deviation of each.
-    pub values: Vec<Told>,
-    /// Of each by the description, where it has inertials.
+    /// Value and standard deviation of each.
+    pub values: Vec<ValueWithSigma>,
+    /// Nominal value of each, where the model has inertials.
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
     /// Whether each joint slides: its torque is a force, N, and its zero a length, m.
     pub slides: Vec<bool>,
-    /// N m (N), the offset of each joint's torque with its deviation.
-    pub offsets: Vec<Told>,
-    /// N m (N), what is left of each joint's torques: root of the mean square.
+    /// The offset of each joint's torque with its standard deviation, N m (N).
+    pub offsets: Vec<ValueWithSigma>,
+    /// The rms residual of each joint's torques, N m (N).
     pub residuals: Vec<f64>,
-    /// N m (N), root of the mean square of each joint's torques.
+    /// The rms of each joint's torques, N m (N).
     pub torques: Vec<f64>,
-    /// Postures.
+    /// Number of postures.
     pub postures: usize,
     /// Whether they are plateaus of a log.
     pub are_plateaus: bool,
-    /// Zeros and mount, with the bodies of the description.
-    pub placed: Option<Placed>,
-    /// Mistakes of the columns, each of which explains the postures: one of them is there.
+    /// Zeros and mount, estimated with the nominal bodies.
+    pub placed: Option<ZerosAndMount>,
+    /// Mistakes of the columns, each of which explains the postures: one of them is present.
     pub mistakes: Vec<Mistake>,
 }
 
-/// Identifies what postures tell. `options`: the transmission between the table and the joints.
+/// Identifies gravity parameters, zeros and mount. `options`: the transmission between the table and the joints.
 ///
 /// Fails where the postures are too few, where currents have no gains, and where joints are coupled.
 pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) -> Result<PostureEstimate, Error> {
@@ -132,6 +141,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     let postures = &postures;
     let (n, count) = (model.regressor().coordinates().len(), postures.q.len());
     let p = parameters.len();
+    // each posture gives n rows: at least two rows per unknown
     if count * n < 2 * (p + n) || count < 4 {
         return Err(Error::new(format_args!(
             "{}: {count} postures of {n} joints for {p} gravity parameters and {n} offsets: at least {} are needed",
@@ -140,24 +150,27 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         )));
     }
     let fit = free_bodies(model, &parameters, &postures.q, &torques)?;
-    let left = |q: &[Vec<f64>], torques: &[DVector<f64>]| {
-        let share = |(left, torque): (&DVector<f64>, &DVector<f64>)| left.norm_squared() / torque.norm_squared();
+    let shares = |q: &[Vec<f64>], torques: &[DVector<f64>]| {
+        let share =
+            |(residual, torque): (&DVector<f64>, &DVector<f64>)| residual.norm_squared() / torque.norm_squared();
         let fit = free_bodies(model, &parameters, q, torques).ok();
         fit.map_or_else(Vec::new, |fit| fit.residuals.iter().zip(torques).map(share).collect())
     };
-    let described = model.described_parameters().map(|x| {
+    // nominal value of a combination: X_c + sum of share times X of the dependent columns
+    let described = model.nominal_parameters().map(|x| {
         let value = |k: &GravityParameter| x[k.column] + k.with.iter().map(|(c, share)| share * x[*c]).sum::<f64>();
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
+    // far zeros explain the postures only if no far zeros remain once they are applied
     let mut placed = placed(model, postures, &torques, &fit.deviations, options)?;
     if let Some(placed) = placed.as_mut().filter(|placed| placed.explains && !placed.is_near()) {
         placed.explains = mends(model, &parameters, (postures, &torques), placed, options)?;
     }
-    let mistakes = looks_for_mistakes(model, (postures, &torques), &left, options, placed.as_ref())?;
+    let mistakes = looks_for_mistakes(model, (postures, &torques), &shares, options, placed.as_ref())?;
     Ok(PostureEstimate {
-        values: fit.told[..p].to_vec(),
-        offsets: fit.told[p..].to_vec(),
+        values: fit.identified[..p].to_vec(),
+        offsets: fit.identified[p..].to_vec(),
         placed,
         mistakes,
         residuals: fit.residuals.iter().map(size).collect(),
@@ -171,17 +184,17 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     })
 }
 
-/// Whether zeros that are found leave no other ones far away. Bodies of their own explain badly what zeros far away are in, so
-/// that much is within their deviations.
+/// Whether no far zeros remain once these zeros are applied. Free bodies explain far zeros badly, so their standard deviations
+/// include that error.
 fn mends(
     model: &Model,
     parameters: &[GravityParameter],
     (postures, torques): (&Postures, &[DVector<f64>]),
-    found: &Placed,
+    found: &ZerosAndMount,
     options: &Options,
 ) -> Result<bool, Error> {
     let mut held = postures.clone();
-    let zeros: Vec<f64> = found.zeros.iter().map(|told| told.map_or(0.0, |told| told.0)).collect();
+    let zeros: Vec<f64> = found.zeros.iter().map(|value| value.map_or(0.0, |value| value.0)).collect();
     held.q.iter_mut().for_each(|q| q.iter_mut().zip(&zeros).for_each(|(q, zero)| *q += zero));
     let deviations = free_bodies(model, parameters, &held.q, torques)?.deviations;
     let again = placed(model, &held, torques, &deviations, options)?;
@@ -194,7 +207,7 @@ fn free_bodies(
     parameters: &[GravityParameter],
     q: &[Vec<f64>],
     torques: &[DVector<f64>],
-) -> Result<Fit, Error> {
+) -> Result<PostureFit, Error> {
     let (n, p, all) = (torques.len(), parameters.len(), model.regressor().parameters().len());
     let mut joints: Vec<DMatrix<f64>> = vec![DMatrix::zeros(q.len(), p + n); n];
     for (r, q) in q.iter().enumerate() {
@@ -204,12 +217,12 @@ fn free_bodies(
             joints[j][(r, p + j)] = 1.0;
         }
     }
-    Fit::of(&joints, torques, UNTOLD)
+    PostureFit::of(&joints, torques, NOT_IDENTIFIABLE)
 }
 
-/// Positions and torques of the joints, of those of the table: q = q_m / r + q_0, tau = r tau_m / s.
+/// Joint positions and torques from the motor values of the table: q = q_m / r + q_0, tau = r tau_m / s.
 ///
-/// Fails where motors turn with other joints.
+/// Fails where motors are coupled to several joints.
 fn at_the_joints(
     postures: &Postures,
     mut torques: Vec<DVector<f64>>,
@@ -233,7 +246,7 @@ fn at_the_joints(
     Ok((found, torques))
 }
 
-/// N m (N) of each joint, one per posture.
+/// Torques of each joint, one per posture, N m (N).
 fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<Vec<DVector<f64>>, Error> {
     let n = postures.coordinates.len();
     let gains = match (postures.effort_is, gains) {
@@ -257,9 +270,9 @@ fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<
 }
 
 impl PostureEstimate {
-    /// All of it as values.
+    /// The estimate as JSON.
     pub fn to_json(&self) -> Value {
-        let told = |told: &Told| json!({"value": told.map(|t| t.0), "sigma": told.map(|t| t.1)});
+        let value = |value: &ValueWithSigma| json!({"value": value.map(|t| t.0), "sigma": value.map(|t| t.1)});
         let parameters = self.parameters.iter().zip(&self.values).enumerate().map(|(k, (parameter, value))| {
             json!({
                 "name": parameter.name,
@@ -275,10 +288,11 @@ impl PostureEstimate {
             "parameters": parameters.collect::<Vec<_>>(),
             "joints": self.coordinates.iter().enumerate().map(|(j, name)| json!({
                 "coordinate": name,
-                "offset": told(&self.offsets[j]),
+                "offset": value(&self.offsets[j]),
                 "residual": self.residuals[j],
                 "torque": self.torques[j],
             })).collect::<Vec<_>>(),
+            // "left" are residuals as shares of the torques, in [0, 1]
             "mistakes": self.mistakes.iter().map(|mistake| json!({
                 "fault": mistake.fault,
                 "remedy": mistake.remedy,
@@ -287,8 +301,8 @@ impl PostureEstimate {
                 "by_free_bodies": mistake.by_free_bodies,
             })).collect::<Vec<_>>(),
             "with_described_bodies": self.placed.as_ref().map(|placed| json!({
-                "zeros": placed.zeros.iter().map(told).collect::<Vec<_>>(),
-                "tilt": told(&placed.tilt),
+                "zeros": placed.zeros.iter().map(value).collect::<Vec<_>>(),
+                "tilt": value(&placed.tilt),
                 "base": placed.base,
                 "left_before": placed.left[0],
                 "left": placed.left[1],
@@ -298,9 +312,9 @@ impl PostureEstimate {
     }
 }
 
-/// The parameters as a list: what postures can tell.
+/// The list of the parameters that postures can determine.
 pub fn gravity_text(parameters: &[GravityParameter]) -> String {
-    let mut text = format!("{} gravity parameters: all that a robot at rest can tell\n", parameters.len());
+    let mut text = format!("{} gravity parameters: all that a robot at rest can identify\n", parameters.len());
     parameters.iter().for_each(|parameter| text += &format!("  {} [{}]\n", parameter.name, parameter.unit));
     text
 }
@@ -309,27 +323,33 @@ impl fmt::Display for PostureEstimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = if self.are_plateaus { "plateaus of the log" } else { "rows, each a posture" };
         writeln!(f, "{} {kind}\n", self.postures)?;
-        let shown = |told: &Told| match told {
+        let shown = |value: &ValueWithSigma| match value {
             Some((value, sigma)) => format!("{:>10} +- {}", significant(*value, 4), significant(*sigma, 2)),
-            None => "not told by these postures:".into(),
+            None => "not identifiable from these postures:".into(),
         };
+        // gravity parameters, then offsets and residuals of the joints
         let width = self.parameters.iter().map(|p| p.name.len()).chain([8]).max().unwrap_or(8);
         for (k, (parameter, value)) in self.parameters.iter().zip(&self.values).enumerate() {
             let described =
-                self.described.as_ref().map_or(String::new(), |d| format!("  described {}", significant(d[k], 4)));
+                self.described.as_ref().map_or(String::new(), |d| format!("  nominal {}", significant(d[k], 4)));
             writeln!(f, "  {:width$}  {} {}{described}", parameter.name, shown(value), parameter.unit)?;
         }
         writeln!(f)?;
         for (j, name) in self.coordinates.iter().enumerate() {
             let left = 100.0 * self.residuals[j] / self.torques[j].max(f64::MIN_POSITIVE);
             let unit = if self.slides[j] { "N" } else { "N m" };
-            let of =
-                format!("left {} {unit}, {} % of its torques", significant(self.residuals[j], 2), significant(left, 2));
+            let of = format!(
+                "residual {} {unit}, {} % of its torques",
+                significant(self.residuals[j], 2),
+                significant(left, 2)
+            );
             writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
         }
+        // mistakes: with one of them, zeros and mount are meaningless
         for (k, mistake) in self.mistakes.iter().enumerate() {
             let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
-            let bodies = if mistake.by_free_bodies { "bodies that are free leave" } else { "the description leaves" };
+            let bodies =
+                if mistake.by_free_bodies { "with free bodies the residual is" } else { "the nominal residual is" };
             let (head, instead) = (if k == 0 { "\n" } else { "" }, if k == 0 { "" } else { "or else " });
             writeln!(
                 f,
@@ -341,13 +361,14 @@ impl fmt::Display for PostureEstimate {
             return Ok(());
         }
         let Some(placed) = &self.placed else { return Ok(()) };
+        // zeros and mount, with the nominal bodies
         let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));
         writeln!(
             f,
-            "\nwith the bodies of the description {before} % of the torques are left, with zeros and mount of their own {after} %"
+            "\nwith the nominal bodies the residual is {before} % of the torques, with zeros and mount of their own {after} %"
         )?;
         if !placed.explains {
-            return writeln!(f, "these bodies do not explain the postures: neither zeros nor mount are told by them");
+            return writeln!(f, "these bodies do not explain the postures: neither zeros nor mount are identifiable");
         }
         for ((name, zero), slides) in self.coordinates.iter().zip(&placed.zeros).zip(&self.slides) {
             let unit = if *slides { "m" } else { "rad" };
@@ -355,8 +376,8 @@ impl fmt::Display for PostureEstimate {
         }
         writeln!(f, "  {:width$}  {} turn of gravity, rad", "mount", shown(&placed.tilt))?;
         match placed.differs() {
-            true => writeln!(f, "to hold them, if its bodies are as described: {}", placed.remedy()),
-            false => writeln!(f, "zeros and mount are as described"),
+            true => writeln!(f, "to hold them, if its bodies are nominal: {}", placed.remedy()),
+            false => writeln!(f, "zeros and mount are nominal"),
         }
     }
 }

@@ -1,19 +1,19 @@
-//! Zeros and mount that explain postures by the bodies of the description.
+//! Zeros and mount that explain postures by the nominal bodies.
 //!
 //! ```text
-//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| as described
+//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal
 //! ```
-//! T_i is the torque of the described bodies under gravity along axis i of the base, one; Gauss-Newton in z and in two turns
-//! of g across it. A joint whose axis is along gravity as described has no zero: a mount beside it would be turned with it.
+//! T_i is the torque of the nominal bodies under gravity of 1 m/s^2 along axis i of the base. Gauss-Newton in z and in two turns
+//! of g about axes across it. A joint with its axis along nominal gravity has no zero: a turn of the mount would be equivalent.
 
 use identification::estimate::hypothesis::Hypothesis;
+use identification::estimate::log_check::Change;
 use identification::estimate::options::Options;
-use identification::estimate::passport::Change;
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
-use crate::postures::fit::{Fit, Told};
-use crate::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
+use crate::postures::fit::{PostureFit, ValueWithSigma};
+use crate::postures::mistakes::{EXPLAINED, Free, Mistake, MistakeSearch};
 use crate::postures::turned_joint::turned_joint;
 use rist::Error;
 use rist::Model;
@@ -21,55 +21,55 @@ use rist::describe::description::rounded_rpy;
 use rist::fit::gravity_direction::{base, mounted};
 use rist::fit::mount::{Tilt, axes};
 
-/// Torques of a joint below this share of those of the largest are of no weight in another mount.
+/// Joints with a torque below this share of the largest have no weight in the search for another mount.
 const SMALL_TORQUE: f64 = 1e-3;
-/// The most postures that mistakes are looked for in.
-const LOOKED_AT: usize = 400;
-/// A zero that is left where zeros are held is none of noise, rad (m).
-const FAR: f64 = 0.1;
-/// Steps until the search for zeros and mount is given up.
-const MOST_STEPS: usize = 50;
-/// rad, the largest change in a step.
+/// Maximum number of postures in the search for mistakes.
+const MAX_SEARCHED_POSTURES: usize = 400;
+/// A zero above this, after zeros were applied, is not noise, rad (m).
+const FAR_ZERO: f64 = 0.1;
+/// Maximum number of steps in the search for zeros and mount.
+const MAX_STEPS: usize = 50;
+/// Largest change in a step, rad.
 const LARGEST_STEP: f64 = 0.3;
-/// Bodies of the description explain postures that they leave at most so many times the deviation of free bodies.
+/// The nominal bodies explain postures if their residual is at most this times the standard deviation of free bodies.
 const EXPLAINED_TIMES: f64 = 2.0;
-/// A zero or mount below this many deviations is none.
-const TELLING_DEVIATIONS: f64 = 3.0;
-/// Zeros and mount are told together where the singular value of each direction has more than this share of the largest.
-const UNTOLD_UNKNOWN: f64 = 3e-5;
-/// A step that leaves more is halved so often.
-const MOST_HALVINGS: i32 = 8;
-/// Steps that mend a smaller share end the search.
+/// A zero or mount is significant above this number of standard deviations.
+const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
+/// Zeros and mount are separable where the singular value of each direction is above this share of the largest.
+const NOT_SEPARABLE: f64 = 3e-5;
+/// A step that increases the residual is halved at most this number of times.
+const MAX_HALVINGS: i32 = 8;
+/// A step that reduces the residual by a smaller share ends the search.
 const SETTLED_SHARE: f64 = 1e-9;
-/// rad, the step of a difference: torques that far apart keep nine digits.
+/// Step of a difference quotient, rad: the torques keep nine digits at this step.
 const DIFFERENCE_STEP: f64 = 1e-5;
 /// A joint moves no torque where its column is below this share of the largest.
 const IDLE_SHARE: f64 = 1e-8;
 
-/// Zeros and mount that explain the postures by the bodies of the description.
-pub struct Placed {
-    /// rad (m), to be added to the positions of each joint, with its deviation.
-    pub zeros: Vec<Told>,
-    /// rad, roll, pitch and yaw of the base.
+/// Zeros and mount that explain the postures by the nominal bodies.
+pub struct ZerosAndMount {
+    /// Zero of each joint, to be added to its positions, with its standard deviation, rad (m).
+    pub zeros: Vec<ValueWithSigma>,
+    /// Roll, pitch and yaw of the base, rad.
     pub base: [f64; 3],
-    /// rad, by which gravity is turned from where it is described, with its deviation.
-    pub tilt: Told,
-    /// Shares of the torques that the description leaves as it is, and with zeros and mount.
+    /// Angle between gravity and nominal gravity, with its standard deviation, rad.
+    pub tilt: ValueWithSigma,
+    /// Residuals as shares of the torques, with the nominal placement and with these zeros and mount.
     pub left: [f64; 2],
-    /// Whether it then leaves no more than bodies of its own would explain.
+    /// Whether the residual is then no larger than free bodies would allow.
     pub explains: bool,
-    /// The options that hold the zeros, where there are any.
+    /// The options with these zeros, where there are any.
     held: Option<String>,
 }
 
-/// Zeros and mount from those of the description; `None` where it has no bodies, or loops that are solved numerically.
+/// Zeros and mount, starting from the nominal ones; `None` where the model has no bodies, or loops that are solved numerically.
 pub(super) fn placed(
     model: &Model,
     postures: &Postures,
     torques: &[DVector<f64>],
     deviations: &[f64],
     options: &Options,
-) -> Result<Option<Placed>, Error> {
+) -> Result<Option<ZerosAndMount>, Error> {
     let described = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
     if !is_described || !model.robot.passive.is_empty() || described.norm() == 0.0 {
@@ -79,33 +79,33 @@ pub(super) fn placed(
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes else { return Ok(None) };
     let turns = turns(model);
-    let search = Search { axes, postures, torques, deviations, turns: &turns };
-    let Found { zeros, gravity, fit, left } = search.found(described)?;
+    let search = PlacementSearch { axes, postures, torques, deviations, turns: &turns };
+    let SearchEnd { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
-    // Of all torques alike: a joint that free bodies explain badly has a large deviation.
+    // Over all torques alike, since a joint that free bodies explain badly has a large standard deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
         let left: f64 =
             search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
         (left / torques.iter().map(|x| x.norm_squared()).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
     };
     let after = share(&zeros, &gravity);
-    let told = |k: usize, value: f64| fit.told[k].map(|(_, deviation)| (value, deviation));
-    let zeros_told: Vec<Told> = zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect();
+    let with_sigma = |k: usize, value: f64| fit.identified[k].map(|(_, deviation)| (value, deviation));
+    let zeros_told: Vec<ValueWithSigma> = zeros.iter().enumerate().map(|(k, zero)| with_sigma(k, *zero)).collect();
     let changes: Vec<Change> = zeros_told
         .iter()
         .enumerate()
-        .filter(|(_, zero)| tells(zero))
+        .filter(|(_, zero)| is_identifiable(zero))
         .map(|(k, zero)| Change { of: Hypothesis::Zero(k), size: zero.map_or(0.0, |zero| zero.0) })
         .collect();
     let undoing = options.undoing(&changes, &postures.names, &turns);
-    let tilt = match (fit.told[n], fit.told[n + 1]) {
+    let tilt = match (fit.identified[n], fit.identified[n + 1]) {
         (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
         _ => None,
     };
-    Ok(Some(Placed {
+    Ok(Some(ZerosAndMount {
         zeros: zeros_told,
-        held: undoing.and_then(|undoing| undoing.remedy_beside(options)),
+        held: undoing.and_then(|undoing| undoing.remedy_added_to(options)),
         base: rounded_rpy(&base(model, &gravity), 5),
         tilt,
         left: [share(&vec![0.0; n], &described), after],
@@ -113,31 +113,31 @@ pub(super) fn placed(
     }))
 }
 
-/// Mistakes of the columns by the bodies of the description; none where it has no bodies, or loops that are solved numerically.
-/// `placed`: zeros and mount, which are looked at here where they explain nothing, or are not told.
+/// Mistakes of the columns by the nominal bodies; none where the model has no bodies, or loops that are solved numerically.
+/// `placed`: zeros and mount; they are examined here where they explain nothing, or are not significant.
 pub(super) fn looks_for_mistakes(
     model: &Model,
     (postures, torques): (&Postures, &[DVector<f64>]),
     free: Free,
     options: &Options,
-    placed: Option<&Placed>,
+    placed: Option<&ZerosAndMount>,
 ) -> Result<Vec<Mistake>, Error> {
     let gravity = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes.filter(|_| is_described && model.robot.passive.is_empty()) else { return Ok(Vec::new()) };
-    // Large tables say no more, and take long.
-    let step = postures.q.len().div_ceil(LOOKED_AT);
+    // Large tables add no information and take long.
+    let step = postures.q.len().div_ceil(MAX_SEARCHED_POSTURES);
     let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
     let torques: Vec<DVector<f64>> =
         torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
-    // Joints alike, but for those that gravity does not move: what nothing explains yet has no deviation.
+    // Joints have equal weights, except joints that gravity does not move: before a fit there are no standard deviations.
     let sizes: Vec<f64> = torques.iter().map(|x| x.add_scalar(-x.mean()).norm()).collect();
     let least = SMALL_TORQUE * sizes.iter().fold(0.0, |m: f64, x| m.max(*x));
     let deviations: Vec<f64> = sizes.iter().map(|x| x.max(least).max(f64::MIN_POSITIVE)).collect();
     let turns = turns(model);
-    let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations, turns: &turns };
+    let search = PlacementSearch { axes, postures: &some, torques: &torques, deviations: &deviations, turns: &turns };
     let mount = match placed {
         Some(placed) if !placed.explains || !placed.differs() => {
             let found = search.gravity_alone()? * gravity.norm();
@@ -147,7 +147,7 @@ pub(super) fn looks_for_mistakes(
     };
     let described = |q: &[f64], gravity: &Vector3<f64>| search.under(q, gravity);
     let (postures, torques, turns) = (&some, &torques[..], &turns[..]);
-    Ok(Held { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
+    Ok(MistakeSearch { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
 }
 
 /// Whether each joint turns.
@@ -155,20 +155,20 @@ fn turns(model: &Model) -> Vec<bool> {
     (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
 
-/// The columns of each joint, and what is left of its torques.
-type Look = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
+/// The columns of each joint, and the residuals of its torques.
+type JointColumns = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
 
 /// The end of a search.
-struct Found {
+struct SearchEnd {
     zeros: Vec<f64>,
     gravity: Vector3<f64>,
-    /// The last step, with the deviations.
-    fit: Fit,
-    /// What is left as described and so, in squares over the deviations.
+    /// The last step, with the standard deviations.
+    fit: PostureFit,
+    /// Residuals of the nominal and of the final placement, sums of squares over the variances.
     left: [f64; 2],
 }
 
-struct Search<'a> {
+struct PlacementSearch<'a> {
     axes: Vec<Tilt>,
     postures: &'a Postures,
     torques: &'a [DVector<f64>],
@@ -177,44 +177,46 @@ struct Search<'a> {
     turns: &'a [bool],
 }
 
-impl Search<'_> {
-    /// Zeros and gravity, step by step, none of which leaves more than the one before.
-    fn found(&self, described: Vector3<f64>) -> Result<Found, Error> {
+impl PlacementSearch<'_> {
+    /// Zeros and gravity in steps that reduce the residual.
+    fn found(&self, described: Vector3<f64>) -> Result<SearchEnd, Error> {
         let n = self.torques.len();
         let (mut zeros, mut gravity) = (vec![0.0; n], described);
         let (as_described, left_as_described) = self.look(&zeros, &gravity);
-        let before = self.left(&left_as_described);
+        let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling is one whose shoulder is off by half a turn: the mount alone is tried first.
+        // A robot on a ceiling is equivalent to one with a shoulder zero of half a turn: the mount alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
-        let left_by_mount = self.left(&self.residuals(&zeros, &by_mount, usize::MAX));
+        let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
         }
-        // And so is a joint alone: from far away the steps end beside it.
+        // A single joint is tried too: the steps from far away end at a local minimum.
         if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
             for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
                 let alone = |zero: f64| (0..n).map(|j| if j == k { zero } else { 0.0 }).collect::<Vec<_>>();
-                let of_some = |zero: f64| self.left(&self.residuals(&alone(zero), &described, LOOKED_AT));
+                let of_some =
+                    |zero: f64| self.residual_squares(&self.residuals(&alone(zero), &described, MAX_SEARCHED_POSTURES));
                 let Some(zero) = turned_joint(&of_some) else { continue };
-                let left_by_zero = self.left(&self.residuals(&alone(zero), &described, usize::MAX));
+                let left_by_zero = self.residual_squares(&self.residuals(&alone(zero), &described, usize::MAX));
                 if left_by_zero < left {
                     (zeros, gravity, left) = (alone(zero), described, left_by_zero);
                 }
             }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
-        for _ in 0..MOST_STEPS {
+        // Gauss-Newton; a step that increases the residual is halved
+        for _ in 0..MAX_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
             let [first, second] = axes(&gravity).map(|(_, axis)| axis);
             let at = |share: f64| {
                 let moved: Vec<f64> = zeros.iter().enumerate().map(|(k, zero)| zero + angle(k, share)).collect();
                 let turned = Rotation3::new(first * angle(n, share) + second * angle(n + 1, share)) * gravity;
-                let left = self.left(&self.residuals(&moved, &turned, usize::MAX));
+                let left = self.residual_squares(&self.residuals(&moved, &turned, usize::MAX));
                 (moved, turned, left)
             };
-            let tried = (0..MOST_HALVINGS).map(|k| at(0.5_f64.powi(k))).find(|(.., moved)| *moved < left);
+            let tried = (0..MAX_HALVINGS).map(|k| at(0.5_f64.powi(k))).find(|(.., moved)| *moved < left);
             let Some((moved, turned, less)) = tried else { break };
             let is_settled = left - less < SETTLED_SHARE * left;
             (zeros, gravity, left) = (moved, turned, less);
@@ -223,23 +225,23 @@ impl Search<'_> {
                 break;
             }
         }
-        Ok(Found { zeros, gravity, fit, left: [before, left] })
+        Ok(SearchEnd { zeros, gravity, fit, left: [before, left] })
     }
 
-    /// What mends zeros and mount, and offsets of the torques.
-    fn step(&self, zeros: &[f64], gravity: &Vector3<f64>, idle: &[usize]) -> Result<Fit, Error> {
+    /// The step for zeros and mount, and offsets of the torques.
+    fn step(&self, zeros: &[f64], gravity: &Vector3<f64>, idle: &[usize]) -> Result<PostureFit, Error> {
         let (mut columns, left) = self.look(zeros, gravity);
         columns.iter_mut().for_each(|c| idle.iter().for_each(|&k| c.column_mut(k).fill(0.0)));
-        Fit::weighted(&columns, &left, self.deviations, UNTOLD_UNKNOWN)
+        PostureFit::weighted(&columns, &left, self.deviations, NOT_SEPARABLE)
     }
 
-    /// N m (N) of each joint at a position under gravity.
+    /// Torques of each joint at a position under gravity, N m (N).
     fn under(&self, q: &[f64], gravity: &Vector3<f64>) -> Vec<f64> {
         let by_axis: Vec<Vec<f64>> = self.axes.iter().map(|tilt| tilt.torques(q)).collect();
         (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
     }
 
-    /// What is left of the torques of postures, of so many at most.
+    /// The residuals of the torques, of `most` postures at most.
     fn residuals(&self, zeros: &[f64], gravity: &Vector3<f64>, most: usize) -> Vec<DVector<f64>> {
         let step = self.postures.q.len().div_ceil(most).max(1);
         let rows = self.postures.q.iter().step_by(step);
@@ -249,8 +251,8 @@ impl Search<'_> {
         (0..zeros.len()).map(joint).collect()
     }
 
-    /// Columns of the zeros, of the two turns, of the offsets.
-    fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> Look {
+    /// Columns of the zeros, of the two turns, of the offsets; and the residuals.
+    fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> JointColumns {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 2 * n + 2); n];
@@ -274,18 +276,18 @@ impl Search<'_> {
         (columns, self.residuals(zeros, gravity, usize::MAX))
     }
 
-    /// The sum of squares, each joint over its deviation.
+    /// The sum of squares, each joint over its standard deviation.
     fn squares(&self, left: &[DVector<f64>]) -> f64 {
         left.iter().zip(self.deviations).map(|(x, d)| x.norm_squared() / (d * d)).sum()
     }
 
-    /// What is left of the torques beside an offset of each joint, in squares over the deviations.
-    fn left(&self, left: &[DVector<f64>]) -> f64 {
+    /// The residuals without an offset of each joint: sum of squares over the variances.
+    fn residual_squares(&self, left: &[DVector<f64>]) -> f64 {
         let without_offset: Vec<DVector<f64>> = left.iter().map(|x| x.add_scalar(-x.mean())).collect();
         self.squares(&without_offset)
     }
 
-    /// The direction of gravity in the frame of the base, zeros as they are: the torques are linear in it.
+    /// The direction of gravity in the frame of the base with nominal zeros: the torques are linear in it.
     fn gravity_alone(&self) -> Result<Vector3<f64>, Error> {
         let n = self.torques.len();
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 3 + n); n];
@@ -295,7 +297,7 @@ impl Search<'_> {
             }
             columns.iter_mut().enumerate().for_each(|(j, columns)| columns[(r, 3 + j)] = 1.0);
         }
-        let fit = Fit::weighted(&columns, self.torques, self.deviations, UNTOLD_UNKNOWN)?;
+        let fit = PostureFit::weighted(&columns, self.torques, self.deviations, NOT_SEPARABLE)?;
         let found = Vector3::new(fit.solution[0], fit.solution[1], fit.solution[2]);
         Ok(found.try_normalize(f64::MIN_POSITIVE).unwrap_or(Vector3::z()))
     }
@@ -309,25 +311,25 @@ fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
     (0..n).filter(|&k| sizes[k] <= IDLE_SHARE * largest).collect()
 }
 
-/// Whether a value is several of its deviations.
-fn tells(told: &Told) -> bool {
-    told.is_some_and(|(value, deviation)| value.abs() > TELLING_DEVIATIONS * deviation)
+/// Whether a value is significant.
+fn is_identifiable(value: &ValueWithSigma) -> bool {
+    value.is_some_and(|(value, deviation)| value.abs() > SIGNIFICANT_DEVIATIONS * deviation)
 }
 
-impl Placed {
-    /// Whether a zero or the mount differs from the description.
+impl ZerosAndMount {
+    /// Whether a zero or the mount differs significantly from the nominal value.
     pub fn differs(&self) -> bool {
-        self.zeros.iter().chain([&self.tilt]).any(tells)
+        self.zeros.iter().chain([&self.tilt]).any(is_identifiable)
     }
 
     /// Whether no zero is far away.
     pub(super) fn is_near(&self) -> bool {
-        !self.zeros.iter().any(|told| tells(told) && told.is_some_and(|(zero, _)| zero.abs() > FAR))
+        !self.zeros.iter().any(|value| is_identifiable(value) && value.is_some_and(|(zero, _)| zero.abs() > FAR_ZERO))
     }
 
-    /// The lines that hold what was found, the mount before the zeros.
+    /// The options with the zeros and the mount; the mount comes before the zeros.
     pub fn remedy(&self) -> String {
-        let mount = tells(&self.tilt).then(|| mounted(self.base));
+        let mount = is_identifiable(&self.tilt).then(|| mounted(self.base));
         mount.into_iter().chain(self.held.clone()).collect::<Vec<_>>().join("; and ")
     }
 }

@@ -1,0 +1,192 @@
+//! The torques and powers of the drives as a barrier that a descent stays within.
+//!
+//! With S instants a period, and a sum over all coordinates at the instants of the period and of the blends,
+//!
+//! T = -1/S sum log((u - v) / u) + log((u + v) / u)
+//!
+//! | v | u |
+//! |---|---|
+//! | tau = Y X + FV dq + OFF, N m (N) | share effort - FS |
+//! | P = tau dq + FS abs(dq), W | share power |
+//!
+//! At rest P is zero and the barrier flat, so T has a continuous gradient although abs(dq) has none.
+
+use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::proof::NominalFriction;
+
+/// Share of their bound that torques and powers may use at samples. The rest covers peaks between samples.
+const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
+
+/// Torques of the description with their limits.
+#[derive(Clone, Debug)]
+pub struct TorqueBarrier {
+    /// Base parameters, in the order of the regressor.
+    pub parameters: Vec<f64>,
+    /// Friction, one per coordinate.
+    pub friction: Vec<NominalFriction>,
+    /// Share of the limits of effort and power.
+    pub share: f64,
+}
+
+/// A bounded quantity of a coordinate at an instant.
+struct BoundedQuantity {
+    limit: LimitKind,
+    value: f64,
+    bound: f64,
+    /// Derivatives of the value by tau and by dq.
+    along: [f64; 2],
+}
+
+impl TorqueBarrier {
+    /// The bounded quantities of coordinate k at velocity `dq`; `rigid`: Y X.
+    fn bounded_quantities(
+        &self,
+        k: usize,
+        limits: &CoordinateLimits,
+        dq: f64,
+        rigid: f64,
+    ) -> impl Iterator<Item = BoundedQuantity> {
+        let f = self.friction[k];
+        let dry = f.coulomb.abs();
+        let tau = rigid + f.viscous * dq + f.offset;
+        let effort = limits.effort.map(|effort| BoundedQuantity {
+            limit: LimitKind::Effort,
+            value: tau,
+            bound: BOUND_SHARE_AT_SAMPLES * (self.share * effort - dry),
+            along: [1.0, 0.0],
+        });
+        let power = limits.power.map(|power| BoundedQuantity {
+            limit: LimitKind::Power,
+            value: tau * dq + dry * dq.abs(),
+            bound: BOUND_SHARE_AT_SAMPLES * self.share * power,
+            along: [dq, tau + dry * dq.signum()],
+        });
+        effort.into_iter().chain(power)
+    }
+
+    /// The greatest ratio of a quantity to its bound, with its coordinate and limit; `None` where nothing is bounded.
+    ///
+    /// `states`: q, dq, ddq after each other, instant after instant. `rigid`: Y X of each coordinate, instant after instant.
+    pub fn greatest(
+        &self,
+        limits: &[CoordinateLimits],
+        states: &[f64],
+        rigid: &[f64],
+    ) -> Option<(f64, usize, LimitKind)> {
+        let n = limits.len();
+        let mut greatest: Option<(f64, usize, LimitKind)> = None;
+        for (state, rigid) in states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)) {
+            for k in 0..n {
+                for held in self.bounded_quantities(k, &limits[k], state[n + k], rigid[k]) {
+                    let share = if held.bound > 0.0 { held.value.abs() / held.bound } else { f64::INFINITY };
+                    if greatest.is_none_or(|g| share > g.0) {
+                        greatest = Some((share, k, held.limit));
+                    }
+                }
+            }
+        }
+        greatest
+    }
+
+    /// The sum of T, with its derivatives by the torque and the velocity of each coordinate, instant after instant; `None` where
+    /// a quantity exceeds its bound. `reliefs`: factors of the bounds, one per instant; `weight`: weight of an instant, from its
+    /// factor.
+    pub fn value(
+        &self,
+        limits: &[CoordinateLimits],
+        weight: impl Fn(f64) -> f64,
+        (states, rigid): (&[f64], &[f64]),
+        reliefs: &[f64],
+    ) -> Option<(f64, Vec<[f64; 2]>)> {
+        let n = limits.len();
+        let mut value = 0.0;
+        let mut slopes = Vec::with_capacity(states.len() / 3);
+        for ((state, rigid), relief) in states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)).zip(reliefs) {
+            for k in 0..n {
+                let mut along = [0.0; 2];
+                for held in self.bounded_quantities(k, &limits[k], state[n + k], rigid[k]) {
+                    let held = BoundedQuantity { bound: relief * held.bound, ..held };
+                    let weight = weight(*relief);
+                    // Distances to both bounds; beyond one of them the barrier is infinite.
+                    let (above, below) = (held.bound - held.value, held.bound + held.value);
+                    if !(above > 0.0 && below > 0.0) {
+                        return None;
+                    }
+                    value -= weight * (above / held.bound * (below / held.bound)).ln();
+                    let slope = weight * (1.0 / above - 1.0 / below);
+                    // tau contains FV dq, so a derivative by tau also adds to the derivative by dq.
+                    let [along_tau, along_dq] = held.along.map(|x| slope * x);
+                    along[0] += along_tau;
+                    along[1] += along_tau * self.friction[k].viscous + along_dq;
+                }
+                slopes.push(along);
+            }
+        }
+        Some((value, slopes))
+    }
+
+    /// The quantities with at least the share `least_share` of their bounds.
+    pub(crate) fn near(
+        &self,
+        limits: &[CoordinateLimits],
+        states: &[f64],
+        rigid: &[f64],
+        reliefs: &[f64],
+        least_share: f64,
+    ) -> Vec<EnforcedDrive> {
+        let n = limits.len();
+        let mut near = vec![];
+        let instants = states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)).zip(reliefs);
+        for (instant, ((state, rigid), relief)) in instants.enumerate() {
+            for coordinate in 0..n {
+                for held in
+                    self.bounded_quantities(coordinate, &limits[coordinate], state[n + coordinate], rigid[coordinate])
+                {
+                    let BoundedQuantity { limit, value, bound, along: [along_tau, along_dq] } = held;
+                    // tau depends on dq by viscous friction too: d tau / d dq = FV
+                    let along = [along_tau, along_tau * self.friction[coordinate].viscous + along_dq];
+                    let drive = EnforcedDrive {
+                        instant,
+                        coordinate,
+                        limit,
+                        value,
+                        bound: relief * bound,
+                        relief: *relief,
+                        along,
+                    };
+                    // the share is of the bound with its relief
+                    if drive.share() >= least_share {
+                        near.push(drive);
+                    }
+                }
+            }
+        }
+        near
+    }
+}
+
+/// A torque or a power of a coordinate at an instant, with its bound.
+#[derive(Clone, Copy)]
+pub(crate) struct EnforcedDrive {
+    /// Index of the instant among the evaluated ones.
+    pub(crate) instant: usize,
+    pub(crate) coordinate: usize,
+    pub(crate) limit: LimitKind,
+    pub(crate) value: f64,
+    pub(crate) bound: f64,
+    /// Factor of the bound.
+    pub(crate) relief: f64,
+    /// Derivatives of the value by Y X and by dq.
+    pub(crate) along: [f64; 2],
+}
+
+impl EnforcedDrive {
+    pub(crate) fn is_power(&self) -> bool {
+        self.limit == LimitKind::Power
+    }
+
+    /// The magnitude of its value over its bound; infinite where the bound is not positive.
+    pub(crate) fn share(&self) -> f64 {
+        if self.bound > 0.0 { self.value.abs() / self.bound } else { f64::INFINITY }
+    }
+}

@@ -1,0 +1,241 @@
+//! The objective of the search as a function of the coefficients, with an exact gradient.
+//!
+//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at the instants of a period
+//! ([`crate::excitation::criterion`]), B the barrier of the kinematic limits ([`crate::excitation::barrier`]), S the barrier of
+//! the distances between bodies ([`crate::excitation::distance_barrier`]), T the barrier of torques and powers at the instants of the
+//! period and the blends ([`crate::excitation::torque_wall`]).
+//!
+//! One reverse pass through the regressor gives the derivatives of J and T by the states: df/dY is known, dY/d(q, dq, ddq) is
+//! exact.
+
+use std::cell::RefCell;
+
+use crate::excitation::barrier::Curvature;
+use crate::excitation::descent::Objective;
+use crate::excitation::distance_barrier::Seen;
+use crate::excitation::near_drives::NearDrives;
+use crate::excitation::near_gaps::{Basis, NearGaps};
+use crate::excitation::problem::Prepared;
+use crate::excitation::rows::RegressorRows;
+
+/// Approximate curvature of the criterion by a scaled coefficient, added to the Hessian of the barriers.
+const CRITERION_CURVATURE: f64 = 0.1;
+
+/// Weight of the barrier of temporarily raised bounds: high enough that torques decrease to some hundredths below them.
+const RELIEVED_WEIGHT: f64 = 10.0;
+/// This weight where the other barriers are low: those keep a motion in place, and a higher weight would only push it around.
+const RELIEVED_WEIGHT_AMONG_LOW_BARRIERS: f64 = 0.2;
+
+/// Least weight of the barriers at which torques far beyond their bounds return.
+pub(crate) const RETURN_HEIGHT: f64 = 1e-2;
+
+/// A problem at one weight of its barriers.
+pub struct WithBarriers<'a> {
+    /// The data that all starts share.
+    pub prepared: &'a Prepared<'a>,
+    /// The weight mu.
+    pub height: f64,
+    /// Data of the start's previous evaluations of the bodies.
+    pub seen: &'a Seen,
+    last: RefCell<Option<Last>>,
+}
+
+/// The last evaluated motion inside all barriers.
+struct Last {
+    x: Vec<f64>,
+    states: Vec<f64>,
+    /// Y X of each coordinate, N m (N).
+    rigid: Vec<f64>,
+    /// Gaps between bodies on which the barrier acts.
+    gaps: NearGaps,
+    /// Torques and powers near their bounds, once they were computed.
+    near: Option<NearDrives>,
+}
+
+impl<'a> WithBarriers<'a> {
+    /// The problem with barriers of this weight.
+    pub fn new(prepared: &'a Prepared<'a>, height: f64, seen: &'a Seen) -> WithBarriers<'a> {
+        WithBarriers { prepared, height, seen, last: RefCell::new(None) }
+    }
+
+    /// The value of `of` for the torques and powers near their bounds at x; `None` where there are none.
+    fn with_near<T>(&self, x: &[f64], of: impl FnOnce(&NearDrives) -> T) -> Option<T> {
+        self.prepared.problem.torque?;
+        let mut last = self.last.borrow_mut();
+        if last.as_ref().is_none_or(|last| last.x != x) {
+            let (states, rigid) = self.prepared.states_and_torques(x);
+            *last = Some(Last { x: x.to_vec(), states, rigid, gaps: NearGaps::default(), near: None });
+        }
+        let Last { states, rigid, near, .. } = last.as_mut()?;
+        let near = near.get_or_insert_with(|| NearDrives::new(self.prepared, self.height, states, rigid));
+        (!near.is_empty()).then(|| of(near))
+    }
+
+    /// The value of `of` for the gaps near their bounds at x; `None` where there are none.
+    fn with_gaps<T>(&self, x: &[f64], of: impl FnOnce(&Basis, &NearGaps) -> T) -> Option<T> {
+        let (prepared, last) = (self.prepared, self.last.borrow());
+        let rows = prepared.space.as_ref()?.rows();
+        let basis = Basis { rows, moving: prepared.moving(), scale: prepared.scale() };
+        last.as_ref().filter(|last| last.x == x && !last.gaps.is_empty()).map(|last| of(&basis, &last.gaps))
+    }
+
+    /// Weight of the torques of an instant, from the factor of their bounds.
+    fn torque_weight(&self, relief: f64) -> f64 {
+        let height = match (relief > 1.0, self.height >= RETURN_HEIGHT) {
+            (false, _) => self.height,
+            (true, true) => RELIEVED_WEIGHT,
+            (true, false) => RELIEVED_WEIGHT_AMONG_LOW_BARRIERS,
+        };
+        height / self.prepared.problem.samples as f64
+    }
+
+    fn evaluate(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
+        let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
+        let mut gradient = vec![0.0; x.len()];
+        let mut value = height * prepared.barrier().value(x, height, &mut gradient, prepared.threads)?;
+        let (n, moving) = (problem.limits.len(), prepared.moving());
+        let (states, rigid) = prepared.states_and_torques(x);
+        let of_torque = match problem.torque {
+            Some(wall) => {
+                let weight = |relief| self.torque_weight(relief);
+                let (of_torque, slopes) = wall.value(problem.limits, weight, (&states, &rigid), prepared.reliefs())?;
+                value += of_torque;
+                slopes
+            }
+            None => vec![],
+        };
+
+        // The criterion J.
+        let RegressorRows { of_joints, friction } = prepared.rows(&states, &prepared.filled(&states)?);
+        let found = prepared.criterion_of_rows(of_joints)?;
+        value += found.value;
+        // The distances last: they take half of the time, and can only increase the value.
+        if !(value.is_finite() && value <= at_most) {
+            return None;
+        }
+        let mut gaps = NearGaps::default();
+        if let Some(space) = &prepared.space {
+            value += space.value(
+                self.seen,
+                &|row| prepared.positions(x, row),
+                height,
+                at_most - value,
+                &mut gaps,
+                &mut |row, slope| {
+                    moving.iter().enumerate().for_each(|(j, &k)| prepared.add_slope(j, row, slope[k], &mut gradient));
+                },
+            )?;
+        }
+
+        // Reverse mode: from the torques and the rows to the states, and from the states to the coefficients.
+        let along_torques: Vec<f64> = of_torque.iter().map(|[along_tau, _]| *along_tau).collect();
+        let mut through = prepared.torques_pulled_back(&states, &along_torques);
+        for (at, [_, along_dq]) in of_torque.iter().enumerate() {
+            through[at / n * 3 * n + n + at % n] += along_dq;
+        }
+        let of_rows = prepared.rows_pulled_back(&states, &RegressorRows { of_joints: found.slope(), friction });
+        through.iter_mut().zip(&of_rows).for_each(|(x, of_rows)| *x += of_rows);
+        for (rows, of_state) in prepared.instants.iter().zip(through.chunks_exact(3 * n)) {
+            prepared.add_slopes(rows, of_state, &mut gradient);
+        }
+        *self.last.borrow_mut() = Some(Last { x: x.to_vec(), states, rigid, gaps, near: None });
+        Some((value, gradient))
+    }
+
+    fn curvature(&self, x: &[f64]) -> Option<Curvature> {
+        let bends = self.prepared.barrier().bends(x, self.height, CRITERION_CURVATURE, self.prepared.threads);
+        match self.with_gaps(x, |basis, gaps| gaps.curvature(basis, &bends)) {
+            Some(whole) => whole,
+            None => Curvature::of_joints(bends),
+        }
+    }
+}
+
+impl Objective for WithBarriers<'_> {
+    fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
+        self.evaluate(x, at_most)
+    }
+
+    fn precondition(&self, x: &[f64], direction: &mut [f64]) {
+        // Inside the barriers the Hessian is positive definite; without a factor the direction stays the negative gradient.
+        let Some(curvature) = self.curvature(x) else { return };
+        let weight = |relief| self.torque_weight(relief);
+        let raised = self.with_near(x, |near| near.curvature(&curvature, weight)).flatten();
+        match raised {
+            Some(raised) => raised.solve(&curvature, direction),
+            None => curvature.solve(direction),
+        }
+    }
+
+    fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64 {
+        let of_torques = self.with_near(x, |near| near.greatest_step(direction));
+        let of_gaps = self.with_gaps(x, |basis, gaps| gaps.greatest_step(basis, direction));
+        let others = [of_torques, of_gaps].into_iter().flatten();
+        others.fold(self.prepared.barrier().step(x, direction), f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::criterion::SearchObjective;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::gap_proof::tests::Rod;
+    use crate::excitation::limits::CoordinateLimits;
+    use crate::excitation::motion::MotionShape;
+    use crate::excitation::problem::Problem;
+    use crate::excitation::quintic_spline::QuinticSpline;
+    use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
+    use crate::pendulum::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+
+    #[test]
+    fn the_gradient_is_exact() {
+        let (arm, wall) = (Pendulum::new(), pendulum_torque());
+        let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
+        // A distance of less than 0.05 m: the barrier acts.
+        let rod = Rod::new(0.55);
+        let series = MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
+        let spline = MotionShape::Spline(QuinticSpline { period: 5.0, spans: 7 });
+        let (of_series, of_spline) = ([0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1], [0.1, 0.2, -0.2, 0.2, -0.1, 0.2, 0.1]);
+        let all = [SearchObjective::Determinant, SearchObjective::Condition];
+        for (aim, (shape, x)) in all.into_iter().flat_map(|a| [(a, (series, of_series)), (a, (spline, of_spline))]) {
+            let problem = Problem {
+                regressor: &arm,
+                friction: &[FrictionTerm::Viscous, FrictionTerm::Coulomb],
+                limits: &limits,
+                noise: &[0.1],
+                aim,
+                torque: Some(&wall),
+                columns: &[true; 5],
+                shape,
+                samples: 50,
+                surroundings: Some(&rod),
+                prior: &[0.3, 0.1, 0.0, 0.0, 0.2],
+            };
+            let prepared = Prepared::new(&problem);
+            let seen = Seen::default();
+            let walled = WithBarriers::new(&prepared, 0.01, &seen);
+            let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
+            // Three threads share 50 instants as 24, 24 and 2; the gradient is bit for bit the same.
+            let (shared, fresh) = (Prepared::new(&problem).with_threads(3), Seen::default());
+            assert_eq!(WithBarriers::new(&shared, 0.01, &fresh).value(&x, f64::INFINITY).unwrap().1, gradient);
+            for k in 0..x.len() {
+                let h = 1e-6;
+                let moved = |h: f64| {
+                    let mut x = x;
+                    x[k] += h;
+                    walled.value(&x, f64::INFINITY).unwrap().0
+                };
+                let (found, slope) = (gradient[k], (moved(h) - moved(-h)) / (2.0 * h));
+                // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
+                let allowed = 1e-6 * (1.0 + slope.abs());
+                assert!((found - slope).abs() < allowed, "{aim:?} {shape:?} {k}: {found} {slope}");
+            }
+            let (value, _) = walled.value(&x, f64::INFINITY).unwrap();
+            assert!(walled.value(&x, value + 1e-12).is_some() && walled.value(&x, value - 1e-9).is_none());
+            assert_eq!(prepared.scaled(&prepared.joints(&x)).len(), x.len());
+            assert!(walled.value(&[5.0; 7], f64::INFINITY).is_none());
+        }
+    }
+}

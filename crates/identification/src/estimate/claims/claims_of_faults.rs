@@ -1,0 +1,269 @@
+//! Claims on tested faults: the fault that explains most of the residual, and the detection limits of the others.
+
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+
+use crate::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
+use crate::estimate::digits::percent;
+use crate::estimate::hypothesis::{CLAIMED, Counts};
+use crate::estimate::identified::Identified;
+use crate::estimate::residuals::JointResidual;
+use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
+
+/// A fault that explains a smaller share of the torque is tolerable for any use, even where it is five times as large
+/// elsewhere: a fifth of `torque_error::SURE_TORQUE`.
+const SMALL_FAULT_SHARE: f64 = 0.01;
+/// A fault that explains a larger share of the torque of its own joint is not small, also where that torque is small.
+const LARGE_JOINT_SHARE: f64 = 0.2;
+
+/// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: the parameters of the tested fit.
+pub(crate) fn claims_of_faults(
+    tested: &[HypothesisTest],
+    joints: &[JointResidual],
+    parameters: &[Identified],
+) -> Vec<Claim> {
+    let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A size beyond the range of one linear step is unreliable. A cause within its range is preferred if it explains as much.
+    let least = found.first().map_or(1.0, |(gain, _)| *gain);
+    let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
+    let strongest = within.or(found.first()).map(|(_, t)| *t);
+    let mut claims: Vec<Claim> = match strongest {
+        Some(one) if !is_within_range(one) => vec![unidentified(&found, joints)],
+        _ => strongest.and_then(|t| contradicted(t, joints)).into_iter().collect(),
+    };
+    // Hypotheses of other topics only inflate standard deviations.
+    for topic in CLAIMED {
+        let of_kind: Vec<&HypothesisTest> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
+        let (detectable, undetectable): (Vec<&HypothesisTest>, Vec<&HypothesisTest>) =
+            of_kind.into_iter().partition(|t| t.power < t.of.kind().useless);
+        let is_free = |t: &&&HypothesisTest| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
+        let detectable: Vec<&HypothesisTest> = detectable.into_iter().filter(|t| is_free(&t)).collect();
+        claims.extend(agree(&detectable, joints));
+        claims.extend(undetectable.iter().filter_map(|t| hidden_rotor(t, joints, parameters)));
+        let undetectable = undetectable.into_iter().filter(|_| topic != ROTOR);
+        let names: Vec<&String> = undetectable.filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
+        if !names.is_empty() {
+            let (why, would_tell) = match topic == DRIFT {
+                true => ("the residual is larger", "a longer log"),
+                false => ("other bodies explain it as well", "the description, as far as its bodies are right"),
+            };
+            claims.push(cannot_tell(at(topic, names), why, would_tell));
+        }
+    }
+    claims
+}
+
+/// A fault within its range explains as much as one beyond it, where the ratio of their error ratios is at most this.
+const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
+/// Largest number of causes that are named where none is identified.
+const MOST_NAMED_CAUSES: usize = 3;
+/// Tolerance of rounding up, in units of the digit.
+const ROUNDING_TOLERANCE: f64 = 1e-9;
+
+/// Whether the size of a fault is within the range of one linear step from zero.
+fn is_within_range(tested: &HypothesisTest) -> bool {
+    tested.value.abs() < tested.of.kind().useless
+}
+
+/// The claim that something is wrong, where the strongest cause is beyond the range of one step, with the tried causes.
+fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> Claim {
+    let named: Vec<String> = found
+        .iter()
+        .take(MOST_NAMED_CAUSES)
+        .map(|(gain, t)| format!("{} (held-out error {:.2} times the error without it)", topic_of(t, joints), gain))
+        .collect();
+    let at = found.first().and_then(|(_, t)| t.of.joint()).map(|k| joints[k].coordinate.clone());
+    let whose = at.as_ref().map_or("this log".into(), |name| name.clone());
+    let why = format!("something is wrong at {whose}; its cause is not identified; tried: {}", named.join(", "));
+    let remedy = Remedy::new("doctor", "look at it by [:doctor], and log a motion in which this joint alone moves");
+    wrong(Subject::of(LOG, at), why, remedy, "no cause within its range explains it")
+}
+
+/// The subject of a cause in words: `scale of q5`.
+fn topic_of(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
+    subject(&tested.of, joints).to_string()
+}
+
+/// The claim that a rotor is not separable from parameters with the same columns; `None` without such parameters.
+fn hidden_rotor(tested: &HypothesisTest, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
+    let Hypothesis::Rotor(k) = tested.of else { return None };
+    let names: Vec<String> = tested.within.iter().filter_map(|&c| Some(parameters.get(c)?.id.to_string())).collect();
+    let why = format!("where there is one, it is part of {}", names.join(", "));
+    let claim = cannot_tell(at(ROTOR, [&joints[k].coordinate]), why, "the data sheet of the motor");
+    (!names.is_empty()).then_some(claim)
+}
+
+fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
+    match *of {
+        Hypothesis::Mount(axis) => Subject::of(MOUNT, [["x", "y", "z"][axis]]),
+        _ => at(of.kind().topic, of.joint().map(|k| &joints[k].coordinate)),
+    }
+}
+
+/// One claim per detection limit on the hypotheses with that limit, the smallest first.
+fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
+    let mut groups: Vec<(Figure, Subject)> = Vec::new();
+    for one in tested {
+        let (figure, subject) = (shown(one.of.figure(one.power, joints)), subject(&one.of, joints));
+        match groups.iter_mut().find(|(of, _)| *of == figure) {
+            Some((_, all)) => all.of.extend(subject.of),
+            None => groups.push((figure, subject)),
+        }
+    }
+    groups.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+    groups.into_iter().map(|(smallest, subject)| Claim::new(subject, Outcome::Agrees { smallest })).collect()
+}
+
+/// A detection limit rounded up to one digit.
+fn shown(figure: Figure) -> Figure {
+    let digit = 10f64.powf(figure.value.abs().log10().floor());
+    let value = (figure.value / digit - ROUNDING_TOLERANCE).ceil() * digit;
+    Figure { value: format!("{value:.1e}").parse().unwrap_or(value), ..figure }
+}
+
+/// A sentence on a fault, its size and its standard deviation.
+pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
+    let HypothesisTest { of, value, deviation, .. } = tested;
+    let names: Vec<&str> = of.joints().iter().map(|k| joints[*k].coordinate.as_str()).collect();
+    of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
+}
+
+/// A fault with the errors of cross-validation without it and with it.
+fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
+    held_out.map_or(fault.into(), |(without, with)| {
+        format!("{fault} (held-out error, joints alike, {}, with that undone {})", percent(without), percent(with))
+    })
+}
+
+/// Whether the torque of a fault is smaller than every use tolerates. A zero or a mount is never small: positions are wrong,
+/// even where the error of the torque in this log is small.
+fn is_small(tested: &HypothesisTest) -> bool {
+    let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
+    tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
+}
+
+/// The claim on a fault with its remedy and errors of cross-validation; `None` for hypotheses that no claim names.
+fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Claim> {
+    let HypothesisTest { of, value, held_out, .. } = tested;
+    let remedy = of.remedy(*value, joints)?;
+    // Tried means: blocks of the record were left out and predicted without the fault and with it.
+    let trial = match held_out {
+        Some((without, with)) => Trial::Tried {
+            quantity: "held-out error, joints alike,".into(),
+            before: Figure::new(100.0 * without, "%"),
+            after: Figure::new(100.0 * with, "%"),
+        },
+        None => Trial::NotTried { why: "it is too small".into() },
+    };
+    let fault = statement(tested, joints);
+    // A drive that warms up does not make the log wrong: it counts in the residual.
+    if of.kind().counts == Counts::AsResidual {
+        return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
+    }
+    // A fault below the tolerance of torques does not make the log wrong, but it is named and lowers the trust.
+    if is_small(tested) {
+        return Some(cannot_tell(
+            Subject { topic: LOG, ..subject(of, joints) },
+            fault_and_trial(&fault, *held_out),
+            remedy,
+        ));
+    }
+    let remedy = Remedy::new("identify", remedy);
+    Some(Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::claims::purposes::torque_purpose;
+    use crate::estimate::identified::Deviations;
+    use crate::estimate::residuals::{Residuals, Squares};
+    use crate::estimate::torque_error::Use;
+    use crate::test_arm::Pendulum;
+    use claims::{EvidenceLevel, worst};
+    use linear_model::unit::Unit;
+
+    fn claims(tested: HypothesisTest) -> Vec<Claim> {
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let deviations = Deviations { sigma: 0.1, white: Some(0.1), weak: false };
+        let parameter = Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.0, deviations);
+        claims_of_faults(&[tested], &joints, &[parameter])
+    }
+
+    fn tested(of: Hypothesis, value: f64, power: f64, within: Vec<usize>) -> HypothesisTest {
+        let held_out = Some((0.1, 0.08));
+        HypothesisTest { of, value, deviation: 0.01, power, held_out, torque_share: 1.0, effect: vec![0.1], within }
+    }
+
+    /// Whether the claims lower the trust for a use of torques, together with a good prediction of another motion.
+    fn lowers(mut claims: Vec<Claim>) -> bool {
+        let other = Subject::whole(crate::estimate::topics::OTHER_MOTION);
+        claims.push(Claim::new(other, Outcome::Agrees { smallest: Figure::new(1.0, "%") }));
+        worst(&claims, &torque_purpose(Use::Gravity)) < EvidenceLevel::Agreed
+    }
+
+    #[test]
+    fn a_drift_that_is_there_lowers_and_one_that_may_be_does_not() {
+        let found = claims(tested(Hypothesis::Drift(0), 0.2, 0.1, Vec::new()));
+        assert!(found[0].to_string().contains("grows by 20 %"), "{}", found[0]);
+        assert!(found[0].standing() == EvidenceLevel::Open && lowers(found));
+        for power in [f64::INFINITY, 0.1] {
+            let none = claims(tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
+            assert!(none.len() == 1 && !none[0].to_string().contains("grows"), "{none:?}");
+            assert!(!lowers(none));
+        }
+    }
+
+    /// Detection limits are listed by size, the smallest first.
+    #[test]
+    fn the_least_power_comes_first() {
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let [large, small] = [0.4, 0.1].map(|power| tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
+        let said = agree(&[&large, &small], &joints);
+        let power = |claim: &Claim| match claim.outcome() {
+            Outcome::Agrees { smallest } => smallest.value,
+            other => panic!("{other:?}"),
+        };
+        assert!(said.len() == 2 && power(&said[0]) < power(&said[1]), "{said:?}");
+    }
+
+    /// A spring that explains more than a hundredth of the torque, or a fifth of the torque of its joint, is a contradiction. A
+    /// smaller one is named and lowers the trust to "with care". A zero is always a contradiction.
+    #[test]
+    fn a_fault_that_explains_little_is_no_contradiction() {
+        // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006
+        let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
+        let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
+        let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);
+        for (of, held_out, torque_share, standing) in [
+            (&spring, much, 1.0, refused),
+            (&spring, little, 0.029, refused),
+            (&spring, little, 0.031, open),
+            (&zero, little, 1.0, refused),
+        ] {
+            let found = claims(HypothesisTest { held_out, torque_share, ..tested(*of, 0.5, 0.1, Vec::new()) });
+            assert!(found[0].standing() == standing, "{}", found[0]);
+            assert!(lowers(found));
+        }
+    }
+
+    #[test]
+    fn a_size_beyond_its_step_is_not_printed() {
+        let beyond = tested(Hypothesis::Scale(0), -1.28, 0.1, Vec::new());
+        let spring = tested(Hypothesis::Spring(0), 3.0, 0.1, Vec::new());
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let alone = claims_of_faults(std::slice::from_ref(&beyond), &joints, &[]);
+        assert!(alone[0].to_string().contains("its cause is not identified"), "{}", alone[0]);
+        assert!(alone.iter().all(|claim| !claim.to_string().contains("128")), "{alone:?}");
+        let both = claims_of_faults(&[beyond, spring], &joints, &[]);
+        assert!(both[0].to_string().contains("a spring of 3"), "{}", both[0]);
+        assert!(both.iter().all(|claim| !claim.to_string().contains("not identified")), "{both:?}");
+    }
+
+    #[test]
+    fn a_hidden_rotor_is_part_of_a_parameter() {
+        let hidden = claims(tested(Hypothesis::Rotor(0), 0.0, f64::INFINITY, vec![0]));
+        assert!(hidden[0].to_string().contains("it is part of ZZR1"), "{}", hidden[0]);
+        assert!(!lowers(hidden));
+    }
+}

@@ -1,0 +1,194 @@
+//! Claims on a fit: its residual, its friction, and its undetermined parameters.
+
+use claims::{Claim, Remedy, Subject};
+use linear_model::label::Label;
+use linear_model::parameter::{FrictionParameter, ParameterId};
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::claims::claims_of_prediction::{Prediction, claims_of_prediction, overfitted};
+use crate::estimate::digits::{percent, significant};
+use crate::estimate::identified::{Identified, Status};
+use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agrees, cannot_tell, contradicted};
+
+/// Chi^2 per degree of freedom above which the model lacks an effect. Simulations with an exact model have 1.5 to 2.0,
+/// because the response of a controller to its encoder repeats in part from period to period. A torque ripple of 2 % gives
+/// 22, elastic joints with 25 Hz give 1190, and torques that are 1.5 ms late give 147 (`tests/benches/misfit.rs`).
+pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
+/// Chi^2 per degree of freedom up to which noise explains the residual.
+pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
+
+/// Relative residual above which the fit is doubtful.
+const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
+
+/// Scaled condition number above which errors of the model decide the weakest direction. Correct estimates of the bench
+/// `random_situations` have up to 2831.
+const DECIDING_CONDITION_NUMBER: f64 = 3000.0;
+
+/// Friction below minus this many standard deviations is significantly negative, and so drives the joint.
+const NEGATIVE_FRICTION_SIGMAS: f64 = 3.0;
+
+/// Properties of the predicted torques that the claims of a fit depend on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TorqueContext {
+    /// Whether the undetermined parameters are not identifiable in any motion, so that no torque depends on them.
+    pub opens_in_any_motion: bool,
+    /// Whether errors of torques are known from the covariance. Then they contain the effect of the weakest direction.
+    pub determines_torques: bool,
+}
+
+/// The claims of a fit, contradictions first. `total`: the relative error on the examined logs.
+pub(crate) fn claims_of_fit(
+    estimate: &Estimate,
+    total: Option<f64>,
+    prediction: &Prediction,
+    beside: TorqueContext,
+) -> Vec<Claim> {
+    let mut claims = claims_of_prediction(estimate, prediction);
+    claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
+    claims.extend(friction(estimate));
+    let whole = Subject::whole;
+    // Evidence against the whole fit: its residual, its file, its iteration.
+    if let Some(chi) = estimate.chi_square_per_freedom {
+        claims.push(match chi > LACKING_MODEL_CHI_SQUARE {
+            true => cannot_tell(
+                whole(RESIDUAL),
+                format!(
+                    "the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives up to \
+                     {NOISE_CHI_SQUARE}"
+                ),
+                "the effect that the remarks name, as an unknown",
+            ),
+            false => agrees(whole(RESIDUAL), LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom"),
+        });
+    }
+    claims.extend(
+        estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it, or a log without it")),
+    );
+    if let Some(said) = estimate.checksum.said() {
+        claims.push(cannot_tell(whole(PARAMETERS), said, "the file as it was written, or a new identification"));
+    }
+    if estimate.settled == Some(false) {
+        let why = "the method did not settle: the values still change from round to round";
+        claims.push(cannot_tell(whole(RESIDUAL), why, "a richer motion"));
+    }
+    if let Some(total) = total.filter(|x| *x > LARGE_RELATIVE_RESIDUAL) {
+        claims.push(cannot_tell(
+            whole(RESIDUAL),
+            format!("{} of the torques stay unexplained", percent(total)),
+            "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
+        ));
+    }
+    // Parameters that the record does not determine, or determines by little motion.
+    if let Some(why) = overfitted(estimate, prediction) {
+        claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
+    }
+    claims.extend(undecided(estimate, beside));
+    let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER && !beside.determines_torques;
+    if let Some(condition) = estimate.condition_number.filter(is_deciding) {
+        let why = format!("the condition number is {condition:.0}");
+        claims.push(cannot_tell(
+            whole(PARAMETERS),
+            why,
+            "a motion that excites the weakest direction ([:excite] [after])",
+        ));
+    }
+    claims
+}
+
+/// The claim of a reason against the estimate that an earlier verdict wrote into its file.
+fn earlier(why: &str) -> Claim {
+    let remedy = Remedy::new("identify", "identify again with what mends it");
+    contradicted(Subject::whole(LOG), why.into(), remedy, "the file says no more")
+}
+
+/// Claims on parameters that the log does not determine, or determines by little motion.
+fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
+    let mut claims = Vec::new();
+    let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
+    let open = named(estimate, Status::NotIdentifiable);
+    if !open.is_empty() {
+        claims.push(match beside.opens_in_any_motion {
+            true => cannot_tell(
+                Subject::whole(BODIES),
+                format!("no motion separates {open}: only their sum acts on a torque"),
+                "bodies to hold them ([consistent=true])",
+            ),
+            false => cannot_tell(Subject::whole(PARAMETERS), format!("the log does not identify {open}"), moved),
+        });
+    }
+    let weak = named(estimate, Status::Weak);
+    if !weak.is_empty() {
+        claims.push(cannot_tell(Subject::whole(PARAMETERS), format!("little motion decides {weak}"), moved));
+    }
+    claims
+}
+
+/// Claims on negative friction of joints with default terms only: with another friction law a single term may be negative.
+fn friction(estimate: &Estimate) -> Vec<Claim> {
+    let has_no_other = |joint: &Label| {
+        let others = estimate.parameters.iter().filter_map(|p| match &p.id {
+            ParameterId::Friction(term, label) if label == joint => Some(*term),
+            _ => None,
+        });
+        others.into_iter().all(is_customary)
+    };
+    let drives = |p: &&Identified| {
+        let is_brake =
+            matches!(&p.id, ParameterId::Friction(friction, joint) if friction.brakes() && has_no_other(joint));
+        is_brake && p.value.is_some_and(|value| value < -NEGATIVE_FRICTION_SIGMAS * p.sigma_or_infinity())
+    };
+    let claim = |p: &Identified| {
+        let ParameterId::Friction(_, label) = &p.id else { unreachable!("only friction is looked at") };
+        let subject = Subject::of(FRICTION, [label.to_string()]);
+        let (value, sigma) = (p.value.unwrap_or(0.0), p.sigma_or_infinity());
+        cannot_tell(
+            subject,
+            format!("{} is {} +- {}, and friction cannot drive", p.id, significant(value), significant(sigma)),
+            "the sign, the unit and the saturation of that joint's torque, or another law of friction ([friction=auto])",
+        )
+    };
+    estimate.parameters.iter().filter(drives).map(claim).collect()
+}
+
+/// Whether a term is viscous or Coulomb friction or an offset, for both directions or for one.
+fn is_customary(term: FrictionParameter) -> bool {
+    use FrictionParameter::*;
+    matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
+}
+
+/// The parameters with this status in words, at most three by name.
+fn named(estimate: &Estimate, status: Status) -> String {
+    let all: Vec<String> =
+        estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();
+    match all.len() {
+        0..=3 => all.join(", "),
+        n => format!("{} and {} more", all[..3].join(", "), n - 3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_condition_number_counts_where_no_covariance_does() {
+        let estimate = Estimate { condition_number: Some(1e4), ..Estimate::default() };
+        for tells_torques in [false, true] {
+            let beside = TorqueContext { opens_in_any_motion: false, determines_torques: tells_torques };
+            let claims = claims_of_fit(&estimate, None, &Prediction::default(), beside);
+            assert_eq!(claims.iter().any(|claim| claim.subject().topic == PARAMETERS), !tells_torques);
+        }
+    }
+
+    #[test]
+    fn what_no_motion_tells_is_open_for_bodies_alone() {
+        let open = Identified::unidentifiable("MX3".parse().unwrap(), linear_model::unit::Unit::FIRST_MOMENT, 1.0);
+        let estimate = Estimate { parameters: vec![open], ..Estimate::default() };
+        for in_any_motion in [false, true] {
+            let beside = TorqueContext { opens_in_any_motion: in_any_motion, determines_torques: false };
+            let claims = claims_of_fit(&estimate, None, &Prediction::default(), beside);
+            let about = |topic| claims.iter().filter(|claim| claim.subject().topic == topic).count();
+            assert_eq!((about(PARAMETERS), about(BODIES)), if in_any_motion { (0, 1) } else { (1, 0) });
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! Faults of a log, and rotors that a model lacks, each estimated by a fit as one unknown more.
+//!
+//! The parameters X stay free, so wrong nominal bodies cause no fault. With x the fit and one unknown u,
+//!
+//! ```text
+//! tau = W X + h u        zero of k     h_j = d(Y_j x)/dq_k
+//!                        scale of k    h_k = Y_k x, without friction
+//!                        spring of k   h_k = q_k
+//!                        rotor of k    h_k = ddq_k
+//!                        drift of k    h_k = s tau_k, s from -1/2 at the first sample of a record to 1/2 at its last
+//!                        mount         h   = the torques per angle of a tilted gravity
+//!                        late          h_k = -d tau_k/dt, of one joint or of all
+//!                        load of k     h_k = sign(dq_k) |Y_k x|
+//!                        talk of i     h_k = tau_i, the torque of another joint
+//! ```
+//! One triangle projects h and tau onto the complement of W. The projections give u, its standard deviation, and the smallest
+//! u that would be found. A fault is found where u exceeds `FOUND_FAULT_SIGMAS` standard deviations, where the error of
+//! cross-validation falls below `WORTHWHILE_ERROR_RATIO` of the error without it, and where it explains at least
+//! `least_share` of the torque. The standard deviation is a jackknife over tenths of the record, at least that of white noise.
+//!
+//! A significant fault that explains too little to be named still changes the parameters. That change inflates their
+//! standard deviations, and so does a fault that the data do not exclude (`widening`). Late torques and friction that grows
+//! with the load are tested elsewhere (log check, `friction: auto`); cross talk has many columns, one of which explains a
+//! small share of any residual. These three only inflate standard deviations.
+//!
+//! A rotor whose column is a combination of other columns is not identifiable: [`HypothesisTest::within`] names their
+//! parameters. Not identifiable either: a common scale of all torques, and the zero of a joint with unknown bodies.
+
+use linear_model::linear_model::Model;
+use logs::Error;
+use numerics::triangle::{Triangle, TriangleBuilder, select};
+use numerics::vector::dot;
+
+use crate::estimate::hypothesis::{Counts, all, columns};
+pub use crate::estimate::hypothesis::{FitPoint, Hypothesis, Tilt, UndeterminedMechanics};
+use crate::estimators::huber::row_factor;
+use crate::signals::records::Records;
+use crate::signals::thinned::MOST_THINNED_SAMPLES;
+
+/// The result of the test of one hypothesis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HypothesisTest {
+    /// The hypothesis.
+    pub of: Hypothesis,
+    /// Its size u, in the unit of the hypothesis.
+    pub value: f64,
+    /// Standard deviation of u.
+    pub deviation: f64,
+    /// The smallest size that would have been found; infinite where no size would.
+    pub power: f64,
+    /// Errors of cross-validation without it and with it, where computed.
+    pub held_out: Option<(f64, f64)>,
+    /// Norm of the weighted torque of its coordinate over the norm of all; 1 where it has no coordinate.
+    pub torque_share: f64,
+    /// Change of the parameters when it is included; empty where it is not identifiable.
+    pub effect: Vec<f64>,
+    /// The parameters whose columns contain its column, where it is not identifiable.
+    pub within: Vec<usize>,
+}
+
+impl HypothesisTest {
+    /// A hypothesis that is not identifiable.
+    fn not_identifiable(of: &Hypothesis) -> HypothesisTest {
+        let (none, of, torque_share) = (f64::INFINITY, *of, 1.0);
+        let (effect, within) = (Vec::new(), Vec::new());
+        HypothesisTest { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
+    }
+
+    /// Whether the fault is found: significant, large enough, and confirmed by cross-validation.
+    pub(crate) fn is_found(&self) -> bool {
+        let is_large = self.value.abs() > self.of.kind().least;
+        let is_worth_naming = |(without, with): (f64, f64)| {
+            with < WORTHWHILE_ERROR_RATIO * without && self.explained() > self.of.kind().least_share
+        };
+        self.of.kind().counts != Counts::InDeviations
+            && self.is_significant()
+            && is_large
+            && self.held_out.is_some_and(is_worth_naming)
+    }
+
+    /// Error of cross-validation with the fault over the error without it; `None` where it is not found.
+    pub fn gain(&self) -> Option<f64> {
+        self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
+    }
+
+    /// The share of the torque that it explains in cross-validation; 0 where not computed.
+    pub(crate) fn explained(&self) -> f64 {
+        self.held_out.map_or(0.0, |(without, with)| (without * without - with * with).max(0.0).sqrt())
+    }
+
+    /// The share of the torque of its own coordinate that it explains, as if it explained nothing at other coordinates.
+    pub(crate) fn explained_at_joint(&self) -> f64 {
+        if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
+    }
+
+    /// Whether its size is significant.
+    pub(crate) fn is_significant(&self) -> bool {
+        self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
+    }
+
+    /// The coordinate of a significant rotor that reduces the error of cross-validation; `None` for other hypotheses.
+    pub fn significant_rotor(&self) -> Option<usize> {
+        let Hypothesis::Rotor(k) = self.of else { return None };
+        let is_better = self.held_out.is_some_and(|(without, with)| with < without);
+        (self.is_significant() && self.value > 0.0 && is_better).then_some(k)
+    }
+}
+
+/// A fault is significant beyond this many standard deviations.
+pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
+/// Error of cross-validation with the fault over the error without it, below which the fault is named.
+const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
+/// Number of blocks of the record that are left out in turn.
+pub(super) const LEFT_OUT_PARTS: usize = 10;
+/// Weight of the row that regularises a parameter towards the fit, over the norm of its column.
+const HELD_COLUMN_SHARE: f64 = 1e-4;
+/// A column is not identifiable where the parameters explain all but this share of its norm.
+pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
+/// A parameter explains such a column where its term is at least this share of the norm of the column.
+const WITHIN_COLUMN_SHARE: f64 = 0.01;
+/// Largest number of coordinates; for more the test takes too long.
+pub(super) const MOST_COORDINATES: usize = 12;
+
+/// Tests every hypothesis at a fit, with the weights of its rows. Empty for a robot of more than 12 coordinates, and where
+/// there is no parameter.
+///
+/// Fails when a record cannot be read.
+pub fn hypotheses<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    fit: FitPoint,
+    open: UndeterminedMechanics,
+) -> Result<Vec<HypothesisTest>, Error> {
+    let all = hypotheses_of(model, open);
+    if all.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (parts, torques) = triangles(model, records, fit, open, &all, LEFT_OUT_PARTS)?;
+    let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
+    let found = tested(&parts, fit.x, &all).into_iter();
+    Ok(found.map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
+}
+
+/// Every hypothesis of a model; none for a robot of more than 12 coordinates, and where there is no parameter.
+pub fn hypotheses_of(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
+    match model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
+        true => Vec::new(),
+        false => all(model, open),
+    }
+}
+
+/// One triangle per block of the records, of the rows [W | h] and tau with the weights of the fit; and the sums of squares of
+/// these tau by joint.
+///
+/// Fails when a record cannot be read.
+pub fn triangles<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    fit: FitPoint,
+    open: UndeterminedMechanics,
+    all: &[Hypothesis],
+    count_of_parts: usize,
+) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
+    let n = model.n();
+    // Records are thinned, since each sample costs several calls of the regressor.
+    let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
+    let (count, every) = (thinned.count, thinned.every);
+    let (p, width) = (model.p(), model.p() + all.len());
+    let mut parts: Vec<TriangleBuilder> = (0..count_of_parts).map(|_| TriangleBuilder::new(width)).collect();
+    let (mut torques, mut taken_out) = (vec![0.0; n], vec![0.0; count_of_parts]);
+    for (first, kept) in &thinned.records {
+        let columns = columns(model, kept, fit.x, all, open);
+        let mut row = vec![0.0; width];
+        model.rows(kept, 0..kept.len(), |r, w| {
+            let part = ((first + r * every) * count_of_parts / count.max(1)).min(count_of_parts - 1);
+            for j in (0..n).filter(|j| kept.used[r * n + j]) {
+                let (w, tau) = (&w[j * p..(j + 1) * p], kept.tau[r * n + j]);
+                let weight = fit.weights[j] * row_factor(fit.robust, j, tau - dot(w, fit.x));
+                for (out, w) in row.iter_mut().zip(w) {
+                    *out = weight * w;
+                }
+                for (out, column) in row[p..].iter_mut().zip(&columns) {
+                    *out = weight * column[r * n + j];
+                }
+                let torque = weight * tau;
+                let measured = torque + weight * model.spring(kept, r, j);
+                torques[j] += measured * measured;
+                taken_out[part] += measured * measured - torque * torque;
+                parts[part].push(&row, torque);
+            }
+        });
+    }
+    let parts = parts.into_iter().map(TriangleBuilder::finish).zip(taken_out);
+    Ok((parts.map(|(part, taken_out)| part.with_taken_out(taken_out)).collect(), torques))
+}
+
+/// The results of the hypotheses, from the triangles of blocks of the record.
+pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
+    let p = x.len();
+    // Rows of weight `HELD_COLUMN_SHARE` regularise undetermined parameters towards x.
+    let whole = merged(parts, None);
+    let held = held(&whole, x);
+    let left = |out: Option<usize>| {
+        let mut sum = merged(parts, out);
+        sum.merge(&held, 1.0);
+        UnknownsResidual::of(&sum, p)
+    };
+    let mut all_rows = whole.clone();
+    all_rows.merge(&held, 1.0);
+    let columns = |e: usize| (0..p).chain([p + e]).collect::<Vec<usize>>();
+    let without = select(&all_rows, &columns(0)[..p]).solution();
+    let all_in = left(None);
+    let leaving: Vec<UnknownsResidual> = (0..parts.len()).map(|part| left(Some(part))).collect();
+    let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
+    let noise = (all_in.square() / rows).sqrt();
+    // u of each hypothesis alone; a column that W explains is not identifiable.
+    let test = |(e, hypothesis): (usize, &Hypothesis)| {
+        let (value, norm) = all_in.unknown(e);
+        let is_identifiable = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
+        if !is_identifiable {
+            return HypothesisTest {
+                within: explaining(&all_rows, p, p + e),
+                ..HypothesisTest::not_identifiable(hypothesis)
+            };
+        }
+        // The standard deviation is the jackknife over the blocks, at least that of white noise.
+        let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
+        let deviation = jackknife(&others).max(noise / norm);
+        let with = select(&all_rows, &columns(e)).solution();
+        let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
+        let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
+        // The smallest u that would be found: it lowers the error enough, and is significant.
+        let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
+        let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
+        let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
+        one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(hypothesis.kind().least);
+        if one.is_significant() {
+            one.held_out = Some(held_out(parts, &held, &columns(e), p));
+        }
+        one
+    };
+    all.iter().enumerate().map(test).collect()
+}
+
+/// The columns among the first p whose combination is column c.
+fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
+    let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
+    let made_of = coefficients(triangle, p, c);
+    (0..p).filter(|&i| (made_of[i] * triangle.column_norm(i)).abs() > least).collect()
+}
+
+/// The coefficients of the first p columns whose combination is nearest to column c, by back substitution in the triangle.
+pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
+    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
+    let mut found = vec![0.0; p];
+    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
+        found[i] = left[i] / triangle.at(i, i);
+        (0..i).for_each(|k| left[k] -= found[i] * triangle.at(k, i));
+    }
+    found
+}
+
+/// The standard deviation of an estimate from its values with each block left out in turn (jackknife).
+pub(super) fn jackknife(others: &[f64]) -> f64 {
+    let m = others.len() as f64;
+    let mean = others.iter().sum::<f64>() / m;
+    (others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m).sqrt()
+}
+
+/// Relative errors of cross-validation, weighted by joint, with the first p of these columns and with all.
+fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) -> (f64, f64) {
+    let (mut whole, mut without, mut with) = (0.0, 0.0, 0.0);
+    for (k, part) in parts.iter().enumerate() {
+        let mut rest = merged(parts, Some(k));
+        rest.merge(held, 1.0);
+        let error = |columns: &[usize]| {
+            let x = select(&rest, columns).solution();
+            select(part, columns).squares(&x)
+        };
+        let (all, more) = error(columns);
+        (whole, with, without) = (whole + all, with + more, without + error(&columns[..p]).1);
+    }
+    ((without / whole).sqrt(), (with / whole).sqrt())
+}
+
+pub(super) fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
+    let kept = parts.iter().enumerate().filter(|(k, _)| Some(*k) != out);
+    Triangle::sum(parts[0].columns(), kept.map(|(_, part)| part))
+}
+
+/// Rows that regularise each parameter towards the fit, weighted by a share of its column.
+pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
+    let mut block = TriangleBuilder::new(rows.columns());
+    for (c, x) in x.iter().enumerate() {
+        let mut row = vec![0.0; rows.columns()];
+        row[c] = HELD_COLUMN_SHARE * rows.column_norm(c).max(f64::MIN_POSITIVE);
+        block.push(&row, row[c] * x);
+    }
+    block.finish()
+}
+
+/// The residuals of the columns of unknowns and of the torque, after projection onto the complement of the parameters.
+struct UnknownsResidual {
+    /// By unknown, the residual of its column.
+    columns: Vec<Vec<f64>>,
+    torque: Vec<f64>,
+}
+
+impl UnknownsResidual {
+    /// The residuals of a triangle whose first p columns belong to the parameters.
+    fn of(triangle: &Triangle, p: usize) -> UnknownsResidual {
+        let width = triangle.columns();
+        let column = |c: usize| (p..=width).map(|i| if i <= c { triangle.at(i, c) } else { 0.0 }).collect();
+        UnknownsResidual { columns: (p..width).map(column).collect(), torque: column(width) }
+    }
+
+    /// The value of unknown e as the only one besides the parameters, and the norm of its residual column.
+    fn unknown(&self, e: usize) -> (f64, f64) {
+        let column = &self.columns[e];
+        let square: f64 = column.iter().map(|x| x * x).sum();
+        let product: f64 = column.iter().zip(&self.torque).map(|(a, b)| a * b).sum();
+        (if square > 0.0 { product / square } else { 0.0 }, square.sqrt())
+    }
+
+    fn square(&self) -> f64 {
+        self.torque.iter().map(|x| x * x).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+    use linear_model::states::States;
+
+    /// The test result of a hypothesis on states that `change` modifies; and the relative errors of the parameters without it
+    /// and with it.
+    fn tested_with(of: &Hypothesis, change: impl Fn(&mut States)) -> (HypothesisTest, [f64; 2]) {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let mut states = arm.states(1000);
+        change(&mut states);
+        let exact = [&arm.truth[..], &[0.0; 3]].concat();
+        let mut rows = TriangleBuilder::new(exact.len());
+        model.rows(&states, 0..states.len(), |r, w| rows.push(w, states.tau[r]));
+        let x = rows.finish().solution();
+        let found = hypotheses(
+            &model,
+            &[states][..],
+            FitPoint { x: &x, weights: &[1.0], robust: None },
+            UndeterminedMechanics::default(),
+        )
+        .unwrap();
+        let found = found.into_iter().find(|tested| tested.of == *of).unwrap();
+        let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+        let error = |with: f64| {
+            let left = x.iter().zip(&found.effect).zip(&exact).map(|((x, effect), exact)| x + with * effect - exact);
+            norm(&mut { left }) / norm(&mut exact.iter().copied())
+        };
+        let errors = [error(0.0), error(1.0)];
+        (found, errors)
+    }
+
+    #[test]
+    fn late_torques_are_told() {
+        let late = |states: &mut States| {
+            states.tau.rotate_right(1);
+            states.tau[0] = states.tau[1];
+        };
+        for joint in [None, Some(0)] {
+            let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
+            // The central difference has an error of (w h)^2/6, the delay its square: some per cent at 5.1 rad/s.
+            assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
+            assert!(found.is_significant() && !found.is_found(), "{found:?}");
+            // The remaining error is proportional to the square of the delay.
+            assert!(with < 0.2 * without, "{without} {with}");
+        }
+        let (none, _) = tested_with(&Hypothesis::Late(None), |_| {});
+        assert!(none.value.abs() < 1e-4, "{none:?}");
+    }
+
+    #[test]
+    fn friction_of_the_load_is_told() {
+        let loaded = |states: &mut States| {
+            let load: Vec<f64> = states.tau.iter().map(|tau| tau.abs()).collect();
+            states.tau.iter_mut().zip(load).zip(&states.direction).for_each(|((tau, load), s)| *tau += 0.1 * s * load);
+        };
+        let (found, [without, with]) = tested_with(&Hypothesis::LoadFriction(0), loaded);
+        // The load comes from the fit without load friction.
+        assert!((found.value - 0.1).abs() < 0.02 && found.is_significant() && !found.is_found(), "{found:?}");
+        assert!(with < 0.2 * without, "{without} {with}");
+    }
+}

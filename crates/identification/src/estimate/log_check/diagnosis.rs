@@ -1,0 +1,383 @@
+//! From the numbers of a log check to its findings: the checks in their order, each with its thresholds.
+//!
+//! Checks that need no inertials come first: dead and saturated torques, a log too short, velocities that are not the
+//! derivatives of their positions, and negative friction. With inertials, the regression slopes of the description then
+//! show faults of all torques (unit, currents, signs), of one or two joints and of gravity (`search`), and of the clock. A
+//! log that no fault explains is attributed to another robot.
+
+use linear_model::regressor::Regressor;
+use logs::Suspect;
+
+use crate::estimate::digits::significant;
+use crate::estimate::hypothesis::Hypothesis::*;
+use crate::estimate::log_check::change::{Change, Description};
+use crate::estimate::log_check::delay::{Lag, common_lag};
+use crate::estimate::log_check::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
+use crate::estimate::log_check::free_bodies::FreeBodies;
+use crate::estimate::log_check::regression::{COUNTED_SLOPE_SHARE, Partial};
+use crate::estimate::log_check::report::{ExplainedMistake, LogCheck};
+use crate::estimate::log_check::samples::Samples;
+use crate::estimate::log_check::search::{ChangeSearch, Explanation, LIKELY_MISFIT_SHARE, Suspicion, counts};
+use crate::estimate::log_check::trial::{FOREIGN_ROBOT_MISFIT, OTHER_ROBOT};
+use crate::estimate::log_check::trials::Trials;
+
+/// The data of a diagnosis.
+pub(super) struct DiagnosisInput<'a> {
+    pub samples: &'a Samples,
+    /// The indices of the kept samples that are examined.
+    pub rows: &'a [usize],
+    pub suspects: &'a [Suspect],
+    pub regressor: &'a dyn Regressor,
+    pub description: Option<&'a Description<'a>>,
+}
+
+/// |tau - T| / |tau| without friction below which torques count as computed, because every real machine has friction.
+const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
+
+/// Remedy for torques without gravity.
+const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
+
+/// In a short motion a fault is reported where undoing it reduces the misfit (squared) below this share.
+const SHORT_MISFIT_SHARE: f64 = 0.1;
+
+/// Slopes within this relative distance of their median count as equal.
+const EQUAL_SLOPES_TOLERANCE: f64 = 0.15;
+
+/// A power of ten has an exponent within this distance of a whole number.
+const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
+
+impl DiagnosisInput<'_> {
+    /// Appends the findings, and the properties that cannot be determined.
+    pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, log_check: &mut LogCheck) {
+        log_check.findings = self.unreadable();
+        if !log_check.findings.is_empty() {
+            return;
+        }
+        let mut findings = self.dead_and_saturated();
+        let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
+        // Such a short motion does not determine columns and units.
+        let short = self.short();
+        let is_dead = is_dead || short.is_some();
+        findings.extend(short);
+        findings.extend(self.degrees());
+        let velocities = self.velocities();
+        let explanations =
+            slopes.filter(|_| !is_dead).map(|slopes| self.explanations_of_slopes(slopes, &velocities, log_check));
+        if slopes.is_none() {
+            let why =
+                "the description has no inertials: units, zeros, swapped columns and another robot cannot be checked";
+            log_check.not_checked.push(why.into());
+        }
+        let explanations = explanations.unwrap_or_else(|| vec![Vec::new()]).into_iter();
+        let mut all: Vec<Vec<Finding>> =
+            explanations.map(|found| self.together(&findings, &velocities, found, log_check)).collect();
+        let mut findings = if all.is_empty() { findings } else { all.remove(0) };
+        let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
+        if findings.is_empty() || is_foreign {
+            // Very late torques have a misfit as large as the torques of another robot.
+            let lag = self.delay().filter(|lag| !is_foreign || lag.share > SMALLEST_DELAY_SHARE_IF_FOREIGN);
+            if let Some(lag) = lag {
+                findings = vec![late(&lag)];
+            }
+        }
+        findings.sort_by_key(|f| !f.fault.is_gross());
+        log_check.findings = findings;
+        log_check.others = all;
+    }
+
+    /// The findings of the signals, and the findings of one explanation of the torques.
+    fn together(
+        &self,
+        signals: &[Finding],
+        velocities: &[(usize, Option<usize>, Finding)],
+        found: Vec<Finding>,
+        log_check: &LogCheck,
+    ) -> Vec<Finding> {
+        let mut findings = signals.to_vec();
+        // Exchanged columns are not the derivatives of their own positions: the exchange alone is reported.
+        let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
+        if !found.iter().any(is_exchange) {
+            findings.extend(velocities.iter().map(|v| v.2.clone()));
+        }
+        findings.extend(found);
+        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
+        if velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
+            findings.extend(self.friction(log_check, &findings));
+        }
+        findings
+    }
+
+    /// The name of a coordinate.
+    pub(super) fn name(&self, k: usize) -> String {
+        self.regressor.coordinates()[k].clone()
+    }
+
+    /// Number of coordinates.
+    pub(super) fn n(&self) -> usize {
+        self.samples.kept.n
+    }
+
+    /// Range of motion of joint k, rad (m).
+    pub(super) fn range(&self, k: usize) -> f64 {
+        self.samples.range[k].1 - self.samples.range[k].0
+    }
+
+    /// Alternative explanations by the regression slopes of the description, each a list of findings.
+    fn explanations_of_slopes(
+        &self,
+        slopes: &[Partial],
+        velocities: &[(usize, Option<usize>, Finding)],
+        log_check: &mut LogCheck,
+    ) -> Vec<Vec<Finding>> {
+        let Some(description) = self.description else { return Vec::new() };
+        if let Some(finding) = self.computed(description) {
+            return vec![vec![finding]];
+        }
+        // Only a joint whose torque the description explains has a meaningful slope.
+        let meaningful: Vec<f64> =
+            slopes.iter().filter(|p| p.share() > COUNTED_SLOPE_SHARE).map(Partial::slope).collect();
+        let mut common = Vec::new();
+        let negative = meaningful.iter().filter(|s| **s < 0.0).count();
+        let all_signs = meaningful.len() >= 2 && 4 * negative >= 3 * meaningful.len();
+        let scale = self.common_scale(&meaningful);
+        let text = |p: &Partial| if p.share() > COUNTED_SLOPE_SHARE { significant(p.slope()) } else { "-".into() };
+        let list = format!("slopes of the description {}", slopes.iter().map(text).collect::<Vec<_>>().join(" "));
+        // A median far from 1 means another unit. Three quarters of negative slopes mean wrong signs, or a wrong zero of a
+        // joint before them.
+        let is_nominal = NOMINAL_INERTIAL_SLOPES.contains(&scale);
+        if !is_nominal {
+            common.push(self.unit(scale, slopes, list.clone()));
+        }
+        let trials = Trials::new(description, &self.samples.kept, self.rows);
+        let size = if is_nominal { 1.0 } else { scale };
+        let velocities = &suspicions(velocities);
+        let signs: &[f64] = if all_signs { &[-1.0, 1.0] } else { &[1.0] };
+        let mut all = Vec::new();
+        for sign in signs {
+            let scale = sign * size;
+            let mut common = common.clone();
+            if *sign < 0.0 {
+                common.push(self.all_signs(list.clone()));
+            }
+            // The search for faults of single joints starts with the faults of all joints undone.
+            let (samples, rows, trials) = (self.samples, self.rows, &trials);
+            let search = ChangeSearch { samples, rows, trials, description, scale, velocities };
+            let explanations = search.best(slopes);
+            all.extend(
+                explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
+            );
+        }
+        // Explanations that other bodies replace are dropped. The explanation with the fewest faults comes first.
+        let is_needed = |found: &Vec<Finding>| !found.is_empty();
+        if all.iter().any(is_needed) {
+            all.retain(is_needed);
+        }
+        all.sort_by_key(Vec::len);
+        if meaningful.is_empty() && all.iter().all(Vec::is_empty) {
+            log_check
+                .not_checked
+                .push("no joint's torque follows the description: units and signs cannot be checked".into());
+        }
+        if all.iter().all(Vec::is_empty) {
+            all = vec![self.common_factor(&meaningful, list).into_iter().collect()];
+        }
+        all
+    }
+
+    /// The findings of one explanation, after the findings common to all joints.
+    fn explained(
+        &self,
+        search: &ChangeSearch,
+        (mut changes, misfits): Explanation,
+        slopes: &[Partial],
+        common: &[Finding],
+        list: &str,
+        log_check: &mut LogCheck,
+    ) -> Vec<Finding> {
+        let mut found = common.to_vec();
+        let is_plain = changes.is_empty();
+        // In a short motion a partial explanation is chance.
+        if log_check.is_short {
+            let runs_back = |change: &Change| {
+                let of_sign = matches!(change.of, TorqueSign(_) | MotionSign(_));
+                of_sign && change.of.joint().is_some_and(|k| log_check.joints[k].runs_back())
+            };
+            let is_sure =
+                |one: &Suspicion| one.after < SHORT_MISFIT_SHARE * one.before || one.changes.iter().all(runs_back);
+            changes.retain(is_sure);
+        }
+        // Scales of single joints are not tested where efforts are currents, since the gains of motors differ.
+        if !common.iter().any(|f| f.fault == Fault::NoTorque) {
+            changes.extend(search.scaled(&changes, slopes));
+        }
+        found.extend(self.findings_of_suspicions(&changes, list, log_check));
+        if is_plain {
+            let exchanged: Vec<Suspicion> = search.exchanged(slopes, &log_check.hidden_exchanges).into_iter().collect();
+            found.extend(self.findings_of_suspicions(&exchanged, list, log_check));
+            // Without an explanation: exchanged columns, another robot, or a common factor.
+            found.extend(self.other_robot(&misfits, slopes, search.scale, log_check, list.into()));
+        }
+        found
+    }
+
+    /// The suspicions that the log needs, as findings; those that other bodies explain equally well go to the log check.
+    fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
+        let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
+        let needed = free.needed(changes);
+        let of = |is_needed: bool| -> Vec<Suspicion> {
+            let all = changes.iter().zip(&needed).filter(|(_, needed)| **needed == is_needed);
+            all.map(|(change, _)| change.clone()).collect()
+        };
+        let [needed, explained] = [of(true), of(false)];
+        for change in explained {
+            let finding = self.changed(&change, slopes);
+            let is_new = log_check.explained.iter().all(|known| known.finding.joints != finding.joints);
+            let is_likely = change.after < LIKELY_MISFIT_SHARE * change.before;
+            log_check.explained.extend(is_new.then_some(ExplainedMistake { finding, is_likely }));
+        }
+        let needed = free.with_scales(needed);
+        let is_new = |change: &&Suspicion| change.fault() != Fault::Of(Degrees, 0.0) || self.degrees().is_none();
+        needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
+    }
+
+    /// The finding of a common factor of all slopes; `None` where they have none.
+    fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
+        let middle = self.common_scale(meaningful);
+        // A load, or other bodies, change the slopes of some joints only, not of all in one direction.
+        let is_off =
+            meaningful.iter().all(|s| *s > COMMON_FACTORS.end) || meaningful.iter().all(|s| *s < COMMON_FACTORS.start);
+        let is_alike = |s: &&f64| (*s / middle - 1.0).abs() < EQUAL_SLOPES_TOLERANCE;
+        let alike = 4 * meaningful.iter().filter(is_alike).count() >= 3 * meaningful.len();
+        let remedy = format!(
+            "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
+             the torques are: divide their columns by {}",
+            significant(middle)
+        );
+        (meaningful.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle))
+            .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
+    }
+
+    /// The median magnitude of the meaningful slopes. 1 where there are too few, because a single joint of several may be
+    /// wrong, and where less than two thirds are near the median.
+    fn common_scale(&self, meaningful: &[f64]) -> f64 {
+        let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let are_enough = sizes.len() >= self.n().min(2);
+        let middle = sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0);
+        let is_near = |s: &&f64| NOMINAL_INERTIAL_SLOPES.contains(&(*s / middle));
+        if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
+    }
+
+    /// The finding of torques that equal the nominal torques without any friction.
+    fn computed(&self, description: &Description) -> Option<Finding> {
+        let torques = description.torques(&self.samples.kept, self.rows, &[]);
+        let n = self.n();
+        let measured = self.rows.iter().flat_map(|&r| &self.samples.kept.tau[r * n..(r + 1) * n]);
+        let left: f64 = measured.clone().zip(&torques).map(|(a, b)| (a - b).powi(2)).sum();
+        let whole: f64 = measured.map(|x| x * x).sum();
+        let relative = (left / whole).sqrt();
+        let evidence = format!("the description predicts them with {relative:.1e} of themselves, without any friction");
+        let remedy = "log measured torques or currents; an estimate from these gives the description back";
+        (relative < COMPUTED_TORQUE_RESIDUAL).then(|| Finding::of_all(Fault::Computed, evidence, remedy))
+    }
+
+    fn unit(&self, scale: f64, slopes: &[Partial], evidence: String) -> Finding {
+        let power = scale.log10().round();
+        if power.abs() >= 2.0 && (scale.log10() - power).abs() < POWER_OF_TEN_TOLERANCE {
+            let word = match power as i32 {
+                3 => "name the columns tau1_mNm, .. (1 N mm = 1 mN m)".to_string(),
+                2 => "name the columns tau1_Ncm, ..".into(),
+                -3 => "name the columns tau1_kNm, ..".into(),
+                power => format!("divide the torque columns by 1e{power}"),
+            };
+            let finding = Finding::of_all(Fault::TorqueUnit(power as i32), evidence, word);
+            return self.all_scaled(finding, 10f64.powf(power));
+        }
+        let meaningful = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
+        let gains = meaningful.map(|(k, p)| format!("{}={}", self.name(k), significant(1.0 / p.slope().abs())));
+        let remedy = format!(
+            "name the columns as currents (i1, ..) and give the torque per ampere, by the description about [gain={}]; \
+             or the ratios of the gears ([options.transmission.ratios])",
+            gains.collect::<Vec<_>>().join(",")
+        );
+        let scaled = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
+        let undo = scaled.map(|(k, p)| Change { of: Scale(k), size: p.slope().abs() - 1.0 }).collect();
+        Finding::of_all(Fault::NoTorque, evidence, remedy).undone_by(undo)
+    }
+
+    /// The finding with changes that divide all torques by this factor.
+    fn all_scaled(&self, finding: Finding, factor: f64) -> Finding {
+        let change = |k: usize| Change { of: Scale(k), size: factor - 1.0 };
+        finding.undone_by((0..self.n()).map(change).collect())
+    }
+
+    fn changed(&self, found: &Suspicion, slopes: &str) -> Finding {
+        let evidence = format!(
+            "with that undone the nominal residual is {:.0} % of the torques (joints alike), as it is {:.0} %; {slopes}",
+            100.0 * found.after,
+            100.0 * found.before
+        );
+        let changed = found.joints(self.n());
+        let evidence = match changed.len() {
+            0..=2 => evidence,
+            _ => {
+                let source = |&k: &usize| format!("{} is logged as {}", self.name(k), self.name(found.source(k)));
+                format!("{}; {evidence}", changed.iter().map(source).collect::<Vec<_>>().join(", "))
+            }
+        };
+        let mut joints: Vec<String> = changed.into_iter().map(|k| self.name(k)).collect();
+        if found.fault() == Fault::Of(Degrees, 0.0) {
+            joints.push("all joints".into());
+        }
+        let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
+        // Compensated gravity cannot be undone by columns of a log.
+        let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
+        if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
+    }
+
+    fn other_robot(
+        &self,
+        misfits: &[f64],
+        slopes: &[Partial],
+        scale: f64,
+        log_check: &LogCheck,
+        list: String,
+    ) -> Option<Finding> {
+        let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
+        let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
+        let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
+        // Where even the joint's own free row does not explain its torque, the torque is noise.
+        let noisy = |k: usize| log_check.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
+        let clear = heavy.iter().any(|&k| !noisy(k));
+        let evidence = format!(
+            "the nominal residual is {:.0} % of the torques at the joints where it should be smallest; {list}",
+            100.0 * mean
+        );
+        (heavy.len() >= 2 && clear && mean > FOREIGN_ROBOT_MISFIT)
+            .then(|| Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT))
+    }
+
+    /// The common delay of all joints.
+    fn delay(&self) -> Option<Lag> {
+        common_lag(self.regressor, self.samples, self.rows)
+    }
+}
+
+/// Least share of the residual that a delay must explain in place of the finding "another robot".
+const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;
+
+fn late(lag: &Lag) -> Finding {
+    let evidence = format!("it explains {:.0} % of the residual", 100.0 * lag.share);
+    let remedy = format!("[delay=auto], which is exact; [delay={:.4}] is right to a third", lag.seconds);
+    Finding::of_all(Fault::Of(Late(None), lag.seconds), evidence, remedy)
+}
+
+fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usize)> {
+    velocities.iter().filter_map(|v| Some((v.0, v.1?))).collect()
+}
+
+/// The finding "another robot" uses joints whose squared nominal torque exceeds this share of the squared measured torque.
+const HEAVY_JOINT_SHARE: f64 = 0.2;
+
+/// |residual| / |torque| of the joint's own free row, above which its torque counts as noise.
+const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

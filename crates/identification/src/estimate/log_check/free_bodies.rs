@@ -1,0 +1,154 @@
+//! Whether a suspected fault is needed to explain a log, or other bodies explain the unchanged log.
+//!
+//! The search for faults uses the nominal bodies (`search`). Other bodies may explain the log without the fault: a wrong zero
+//! of the last joint is equivalent to a rotation of its body. So the bodies are fitted,
+//! ```text
+//! tau_j = Y_j(q, dq, ddq) X + a_j ddq_j + b_j dq_j + c_j direction_j + d_j
+//! ```
+//! to the unchanged log and to the log with the fault undone. The fault is needed where undoing it lowers the error of
+//! cross-validation: of at least one joint below `NEEDED_ERROR_RATIO` of the error without it, and in the geometric mean over
+//! all joints.
+//!
+//! A wrong sign of a torque or of a motion makes friction and inertia negative: bodies that explain it are not physically
+//! consistent, unless friction dissipates. A fault that shows in the signals without any bodies is always needed, and so is
+//! an exchange or a sign with which the description, without a free number, has nearly no residual.
+
+use std::f64::consts::FRAC_PI_2;
+
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+
+use crate::estimate::held_out::cross_validate;
+use crate::estimate::hypothesis::Hypothesis;
+use crate::estimate::log_check::change::{Change, torque_of};
+use crate::estimate::log_check::report::JointCheck;
+use crate::estimate::log_check::samples::Samples;
+use crate::estimate::log_check::search::Suspicion;
+use crate::estimators::weighted::Weights;
+use crate::rows::observation::Observation;
+
+/// Samples to which the bodies are fitted: about ten times as many rows as an arm has parameters.
+const FITTED_SAMPLES: usize = 1000;
+/// Blocks of the record, of which two are left out at a time.
+const CROSS_VALIDATION_BLOCKS: usize = 20;
+/// A fault is needed where the error of a joint with the fault undone falls below this share of the error without.
+const NEEDED_ERROR_RATIO: f64 = 0.8;
+/// The error ratio below which a wrong scale is needed: smaller, since some scale reduces the error of any other fault.
+const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
+
+/// Half width of the search interval of ln(scale): a scale by the description is right within a factor of 1.5.
+const LOG_SCALE_RANGE: f64 = 0.4;
+/// Width of the interval of ln(scale) at which the search ends.
+const LOG_SCALE_TOLERANCE: f64 = 0.01;
+/// Golden section, (sqrt(5) - 1) / 2.
+const GOLDEN_STEP: f64 = 0.618_033_988_749_894_9;
+
+/// A fault is sure where undoing it reduces the misfit (squared) below this share: other bodies would have to equal the
+/// nominal bodies at other places by chance. This excludes zeros, for which some angle may fit by chance.
+const SURE_MISFIT_SHARE: f64 = 0.04;
+
+/// Friction and rotor terms of each joint, which no description has.
+const FITTED_TERMS: [FrictionTerm; 4] =
+    [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset, FrictionTerm::Rotor];
+
+/// A log to which bodies are fitted.
+pub(super) struct FreeBodies<'a> {
+    pub regressor: &'a dyn Regressor,
+    pub samples: &'a Samples,
+    pub joints: &'a [JointCheck],
+}
+
+impl FreeBodies<'_> {
+    /// By suspicion, whether the log needs it; suspicions that it does not need are dropped one by one.
+    pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
+        let mut needed = vec![true; suspicions.len()];
+        let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
+        if open.is_empty() {
+            return needed;
+        }
+        let all = |needed: &[bool]| -> Vec<Change> {
+            let kept = suspicions.iter().zip(needed).filter(|(_, needed)| **needed);
+            kept.flat_map(|(suspicion, _)| suspicion.changes.iter().copied()).collect()
+        };
+        let mut with = self.errors(&all(&needed));
+        for k in open {
+            needed[k] = false;
+            let without = self.errors(&all(&needed));
+            let is_scale = suspicions[k].changes.iter().any(|change| matches!(change.of, Hypothesis::Scale(_)));
+            if is_lower(&with, &without, if is_scale { NEEDED_SCALE_ERROR_RATIO } else { NEEDED_ERROR_RATIO }) {
+                needed[k] = true;
+            } else {
+                with = without;
+            }
+        }
+        // A description with one zero off by quarter turns often has more of them: a needed one makes the others needed.
+        let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
+        let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
+        if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
+            needed.iter_mut().zip(are_quarters).for_each(|(needed, quarter)| *needed |= quarter);
+        }
+        needed
+    }
+
+    /// The suspicions with scales estimated with free bodies: scales with the smallest error of cross-validation, by golden
+    /// section in the logarithm. Scales by the description contain the errors of its bodies.
+    pub(super) fn with_scales(&self, mut suspicions: Vec<Suspicion>) -> Vec<Suspicion> {
+        let places: Vec<(usize, usize)> = (0..suspicions.len())
+            .flat_map(|i| (0..suspicions[i].changes.len()).map(move |c| (i, c)))
+            .filter(|&(i, c)| matches!(suspicions[i].changes[c].of, Hypothesis::Scale(_)))
+            .collect();
+        for (i, c) in places {
+            let described = suspicions[i].changes[c].size.ln_1p();
+            let error = |suspicions: &mut Vec<Suspicion>, scale: f64| {
+                suspicions[i].changes[c].size = scale.exp_m1();
+                let all: Vec<Change> = suspicions.iter().flat_map(|one| one.changes.iter().copied()).collect();
+                self.errors(&all).iter().filter(|error| **error > 0.0).map(|error| error.ln()).sum::<f64>()
+            };
+            let (mut low, mut high) = (described - LOG_SCALE_RANGE, described + LOG_SCALE_RANGE);
+            let inner = |low: f64, high: f64| [high - GOLDEN_STEP * (high - low), low + GOLDEN_STEP * (high - low)];
+            let [mut a, mut b] = inner(low, high);
+            let (mut at_a, mut at_b) = (error(&mut suspicions, a), error(&mut suspicions, b));
+            while high - low > LOG_SCALE_TOLERANCE {
+                if at_a < at_b {
+                    (high, b, at_b) = (b, a, at_a);
+                    a = inner(low, high)[0];
+                    at_a = error(&mut suspicions, a);
+                } else {
+                    (low, a, at_a) = (a, b, at_b);
+                    b = inner(low, high)[1];
+                    at_b = error(&mut suspicions, b);
+                }
+            }
+            suspicions[i].changes[c].size = (0.5 * (low + high)).exp_m1();
+        }
+        suspicions
+    }
+
+    /// Whether physically consistent bodies may explain the log without the fault.
+    fn may_be_bodies(&self, suspicion: &Suspicion) -> bool {
+        let brakes = |k: usize| self.joints[k].friction.is_some_and(|f| f.brakes > f.deviation);
+        let is_sure = suspicion.after < SURE_MISFIT_SHARE * suspicion.before;
+        suspicion.changes.iter().all(|change| change.of.may_be_bodies(brakes, is_sure))
+    }
+
+    /// By column of torque, the relative error of cross-validation with these changes applied.
+    fn errors(&self, changes: &[Change]) -> Vec<f64> {
+        let step = self.samples.kept.len() / FITTED_SAMPLES;
+        let states = Change::all_done(changes, &self.samples.kept, &self.samples.every(step), self.regressor);
+        let model = Model::new(self.regressor, &FITTED_TERMS, &[]);
+        let found = cross_validate(&model, &Observation::of(&model, &states, CROSS_VALIDATION_BLOCKS), Weights::Joint);
+        let mut errors = vec![0.0; states.n];
+        for (j, joint) in found.joints.iter().enumerate() {
+            errors[torque_of(changes, j).0] = joint.relative;
+        }
+        errors
+    }
+}
+
+/// Whether the first errors are lower in the geometric mean, and the error of at least one joint by the ratio `needed`.
+fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
+    let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
+    let ratios: Vec<f64> = ratios.collect();
+    ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() < 0.0
+}

@@ -1,0 +1,375 @@
+//! A load that the robot picks up or puts down during a log, or that the description does not have.
+//!
+//! With W the rows of the model, s(t) = 1 while the robot carries the load and 0 otherwise, and B_L the ten columns of the map
+//! B of the link that carries it ([`crate::estimators::payload`]),
+//! ```text
+//! tau = W X + s(t) W B_L phi_L
+//! ```
+//! is solved for X and phi_L by normal equations, for each time of a grid at which s may change. The load is reported where it
+//! reduces the relative error below `NAMED_ERROR_RATIO` of the error of X alone: ten columns during an interval reduce the
+//! error of no other fault by as much. A load during the whole log is estimated with the nominal X and fitted friction.
+
+use linear_model::linear_model::Model;
+use linear_model::standard_map::StandardMap;
+use logs::Error;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::estimate::digits::percent;
+use crate::estimate::hypothesis::OF_OPTIONS;
+use crate::estimate::log_check::LogCheck;
+use crate::estimate::log_check::finding::{Fault, Finding};
+use crate::signals::records::Records;
+use crate::signals::thinned::MOST_THINNED_SAMPLES;
+
+/// Relative error without such a load up to which no load is searched.
+const SMALL_ERROR: f64 = 0.02;
+/// Error with the load over the error without it, up to which it is reported. For a torque that grows steadily, a step reduces
+/// the error only to a half.
+const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
+/// Relative error of the description that errors of nominal bodies explain without a load.
+const NOMINAL_ERROR: f64 = 0.3;
+/// Largest relative error of the description with a body at the last link: the nominal bodies have errors of tens of per cent,
+/// and a description of another robot has a larger error.
+const DESCRIBED_ERROR: f64 = 0.1;
+/// Largest distance of the centre of a load from the frame of its link, m. A load must also exceed the nominal mass of the
+/// link; otherwise it is an error of the bodies.
+const LARGEST_CENTRE_M: f64 = 0.5;
+/// Number of blocks of all logs between which a load may change.
+const LOAD_BLOCKS: usize = 100;
+/// Largest number of matrix entries of all blocks; with about 800 parameters the blocks become too few for the search.
+const MOST_MATRIX_ENTRIES: usize = 4_000_000;
+/// Least number of blocks during which a load is carried.
+const LEAST_LOAD_BLOCKS: usize = 3;
+/// Step of the coarse search for the blocks at which a load changes.
+const COARSE_BLOCK_STEP: usize = 5;
+/// Ridge on the unit diagonal of the normal matrix: undetermined directions stay at zero.
+const RELATIVE_RIDGE: f64 = 1e-10;
+/// A mass is significant beyond this many standard deviations.
+const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;
+/// Number of parameters of a body.
+const BODY_PARAMETERS: usize = 10;
+/// Index of the mass among them, after the first moments.
+const MASS_INDEX: usize = 9;
+
+impl LogCheck {
+    /// Finds a load that changes during the log. Otherwise, where no other cause was found, finds a load that the description
+    /// does not have (`described`: nominal base parameters). It replaces findings without an identified cause. `bodies`: bodies
+    /// of the map that may carry a load, with their nominal masses, kg.
+    ///
+    /// Fails when a record cannot be read.
+    pub fn look_for_load<R: Records + ?Sized>(
+        &mut self,
+        model: &Model,
+        records: &R,
+        (map, described): (&StandardMap, Option<&[f64]>),
+        bodies: &[(usize, f64)],
+    ) -> Result<(), Error> {
+        let is_unidentified = |finding: &Finding| matches!(finding.fault, Fault::OtherRobot | Fault::Unidentified);
+        let Some(sums) = Sums::of(model, records)? else { return Ok(()) };
+        let described = described.filter(|_| self.findings.iter().all(is_unidentified));
+        let changed = sums.changed_load(map, bodies);
+        self.load = changed.is_none().then(|| sums.other_load(described?, map, bodies)).flatten();
+        if changed.is_some() || self.load.is_some() {
+            self.findings.retain(|finding| !is_unidentified(finding));
+            self.findings.extend(changed);
+        }
+        Ok(())
+    }
+
+    /// Whether a load was found that changes during the log.
+    pub fn has_changed_load(&self) -> bool {
+        self.findings.iter().any(|finding| matches!(finding.fault, Fault::ChangedLoad { .. }))
+    }
+}
+
+/// The finding of a load, with the relative errors without it and with it.
+fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
+    let [before, after] = errors.map(percent);
+    let evidence = format!("the residual of {what} is {before}, with a body of its own for it {after}");
+    let squares = Some(errors.map(|error| error * error));
+    Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
+}
+
+/// The products [W tau]' [W tau] of all rows, and of blocks of each record.
+struct Sums {
+    base: usize,
+    rows: usize,
+    all: DMatrix<f64>,
+    records: Vec<Record>,
+}
+
+/// The sums of one record.
+struct Record {
+    /// Number of its log, from 0.
+    log: usize,
+    /// Start of each block and end of the last, s.
+    times: Vec<f64>,
+    /// Sum of the products of all blocks before each block.
+    before: Vec<DMatrix<f64>>,
+}
+
+/// An estimated load.
+struct SolvedLoad {
+    /// |tau - W X - s W B_L phi_L| / |tau|.
+    error: f64,
+    /// Mass, kg, where significant.
+    mass: Option<f64>,
+    /// Distance of its centre from the frame of the link, m.
+    centre: f64,
+}
+
+impl Sums {
+    /// `None` where there are too many parameters.
+    fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Option<Sums>, Error> {
+        let (n, p) = (model.n(), model.p());
+        let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
+        // Joints are weighted by 1 / |torque|.
+        let mut squares = vec![0.0; n];
+        for tau in thinned.records.iter().flat_map(|(_, states)| states.tau.chunks_exact(n)) {
+            squares.iter_mut().zip(tau).for_each(|(square, tau)| *square += tau * tau);
+        }
+        let weights: Vec<f64> = squares.iter().map(|s| if *s > 0.0 { s.sqrt().recip() } else { 0.0 }).collect();
+        let samples: usize = thinned.records.iter().map(|(_, states)| states.len()).sum();
+        let parts = LOAD_BLOCKS.min(MOST_MATRIX_ENTRIES / ((p + 1) * (p + 1)));
+        if parts < 2 * LEAST_LOAD_BLOCKS {
+            return Ok(None);
+        }
+        let part = samples.div_ceil(parts).max(1);
+        let mut sums = Sums {
+            base: model.regressor.parameters().len(),
+            rows: n * samples,
+            all: DMatrix::zeros(p + 1, p + 1),
+            records: Vec::new(),
+        };
+        for (_, states) in &thinned.records {
+            let mut total = DMatrix::zeros(p + 1, p + 1);
+            let mut record = Record { log: states.log, times: Vec::new(), before: Vec::new() };
+            let mut rows = DMatrix::zeros(n * part, p + 1);
+            for first in (0..states.len()).step_by(part) {
+                record.times.push(states.t[first]);
+                record.before.push(total.clone());
+                rows.fill(0.0);
+                model.rows(states, first..states.len().min(first + part), |r, w| {
+                    for (j, weight) in weights.iter().enumerate() {
+                        let row = (r - first) * n + j;
+                        (0..p).for_each(|c| rows[(row, c)] = weight * w[j * p + c]);
+                        rows[(row, p)] = weight * states.tau[r * n + j];
+                    }
+                });
+                total += rows.tr_mul(&rows);
+            }
+            record.times.extend(states.t.last());
+            record.before.push(total.clone());
+            sums.all += total;
+            sums.records.push(record);
+        }
+        Ok(Some(sums))
+    }
+
+    fn changed_load(&self, map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
+        let (p, parameters) = (self.all.ncols() - 1, self.parameters()?);
+        let without = parameters.error();
+        if without < SMALL_ERROR {
+            return None;
+        }
+        let (mut least, mut best) = (NAMED_ERROR_RATIO * without, None);
+        for (link, first) in bodies.iter().map(|(body, _)| &map.bodies[*body]) {
+            let load = map.matrix.columns(*first, BODY_PARAMETERS).into_owned();
+            for record in &self.records {
+                let during = |from: usize, to: usize| {
+                    let beside = Sums::products_with_load(&(&record.before[to] - &record.before[from]), &load);
+                    let own = load.tr_mul(&beside.rows(0, self.base));
+                    parameters.with(&beside, &own, beside.row(p).transpose())
+                };
+                let Some((from, to, found)) = record.carried(during).filter(|found| found.2.error < least) else {
+                    continue;
+                };
+                least = found.error;
+                let time = |part: usize| (part > 0 && part < record.parts()).then(|| record.times[part]);
+                let log = self.records.iter().any(|other| other.log != record.log).then_some(record.log + 1);
+                let fault = Fault::ChangedLoad { log, from: time(from), to: time(to), mass: found.mass };
+                best = Some((fault, link, record.longest_constant_interval(from, to)));
+            }
+        }
+        let (fault, link, (from, to)) = best?;
+        let remedy = match self.records.as_slice() {
+            // A remedy only where the rows of this window alone have a small error too.
+            [record] if self.within(record, from, to).is_some_and(|error| error < NAMED_ERROR_RATIO * without) => {
+                let [from, to] = [from, to].map(|part| record.times[part]);
+                format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}")
+            }
+            _ => "log each load by itself, and give the log of the second as [loaded]".into(),
+        };
+        Some(finding(fault, link, "one set of parameters", [without, least], &remedy))
+    }
+
+    fn other_load(&self, described: &[f64], map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
+        let described = DVector::from_column_slice(described);
+        let friction = self.friction(&described)?;
+        let without = friction.error();
+        if without < NOMINAL_ERROR {
+            return None;
+        }
+        let (p, of_rest) = (self.all.ncols() - 1, self.of_rest(&described));
+        let one = |(body, described_mass): &(usize, f64)| {
+            let (link, first) = &map.bodies[*body];
+            let load = map.matrix.columns(*first, BODY_PARAMETERS).into_owned();
+            let beside = Sums::products_with_load(&self.all, &load);
+            let own = load.tr_mul(&beside.rows(0, self.base));
+            let of_friction = beside.rows(self.base, p - self.base).into_owned();
+            let right = load.tr_mul(&of_rest.rows(0, self.base));
+            Some((link, *described_mass, friction.with(&of_friction, &own, right)?))
+        };
+        let all = bodies.iter().filter_map(one).filter(|(_, described_mass, found)| {
+            let is_body = found.mass.is_some_and(|mass| mass > *described_mass) && found.centre < LARGEST_CENTRE_M;
+            is_body && found.error < DESCRIBED_ERROR.min(NAMED_ERROR_RATIO * without)
+        });
+        let (link, _, found) = all.min_by(|a, b| a.2.error.total_cmp(&b.2.error))?;
+        let remedy = "is part of the parameters";
+        let fault = Fault::OtherLoad(found.mass);
+        Some(finding(fault, link, "the description", [without, found.error], remedy))
+    }
+
+    /// [W tau]' W B_L, from the products [W tau]' [W tau] of the same rows.
+    fn products_with_load(rows: &DMatrix<f64>, load: &DMatrix<f64>) -> DMatrix<f64> {
+        rows.columns(0, load.nrows()) * load
+    }
+
+    /// The relative error of parameters that are fitted to these blocks of a record alone.
+    fn within(&self, record: &Record, from: usize, to: usize) -> Option<f64> {
+        let all = &record.before[to] - &record.before[from];
+        Sums { all, records: Vec::new(), ..*self }.parameters().map(|found| found.error())
+    }
+
+    /// The fit of the parameters X without a load.
+    fn parameters(&self) -> Option<Without> {
+        let p = self.all.ncols() - 1;
+        let tau = self.all[(p, p)];
+        Without::of(
+            self.all.view((0, 0), (p, p)).into(),
+            self.all.view((0, p), (p, 1)).column(0).into(),
+            [tau, tau],
+            self.rows,
+        )
+    }
+
+    /// The fit of friction alone to tau - W X, with these base parameters X.
+    fn friction(&self, described: &DVector<f64>) -> Option<Without> {
+        let (p, base) = (self.all.ncols() - 1, self.base);
+        let friction = p - base;
+        let of_rest = self.of_rest(described);
+        let tau = self.all[(p, p)];
+        let square = of_rest[p] - of_rest.rows(0, base).dot(described);
+        let normal = self.all.view((base, base), (friction, friction)).into();
+        Without::of(normal, of_rest.rows(base, friction).into(), [square, tau], self.rows)
+    }
+
+    /// [W tau]' (tau - W X) with these base parameters X.
+    fn of_rest(&self, described: &DVector<f64>) -> DVector<f64> {
+        let p = self.all.ncols() - 1;
+        self.all.column(p) - self.all.columns(0, self.base) * described
+    }
+}
+
+/// The fit of the columns without a load: normal equations that are factored once.
+struct Without {
+    /// Factor for columns of unit norm; a column of zeros is left out.
+    factor: Cholesky<f64, Dyn>,
+    scale: DVector<f64>,
+    /// The solution for columns of unit norm.
+    x: DVector<f64>,
+    rows: usize,
+    /// The squared residual, and the squared torque.
+    residual_square: f64,
+    tau: f64,
+}
+
+impl Without {
+    /// `None` where there is no torque.
+    fn of(normal: DMatrix<f64>, right: DVector<f64>, [square, tau]: [f64; 2], rows: usize) -> Option<Without> {
+        let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
+        let of_unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+            let open = f64::from(scale[i] == 0.0);
+            scale[i] * normal[(i, j)] * scale[j] + if i == j { RELATIVE_RIDGE + open } else { 0.0 }
+        });
+        let factor = Cholesky::new(of_unit)?;
+        let right = right.component_mul(&scale);
+        let x = factor.solve(&right);
+        let left = (square - right.dot(&x)).max(0.0);
+        (tau > 0.0).then_some(Without { factor, scale, x, rows, residual_square: left, tau })
+    }
+
+    fn error(&self) -> f64 {
+        (self.residual_square / self.tau).sqrt()
+    }
+
+    /// The fit with the ten columns of a load: `beside` are their products with the other columns, `own` with each other, and
+    /// `right` with the right-hand side.
+    fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<SolvedLoad> {
+        let beside = DMatrix::from_fn(self.scale.len(), BODY_PARAMETERS, |i, j| self.scale[i] * beside[(i, j)]);
+        // Schur complement: the columns of the load after projection onto the complement of the other columns.
+        let left = own - beside.tr_mul(&self.factor.solve(&beside));
+        let right = right - beside.tr_mul(&self.x);
+        let scale = own.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
+        let of_unit = DMatrix::from_fn(BODY_PARAMETERS, BODY_PARAMETERS, |i, j| {
+            let open = f64::from(scale[i] == 0.0);
+            scale[i] * left[(i, j)] * scale[j] + if i == j { RELATIVE_RIDGE + open } else { 0.0 }
+        });
+        let right = right.component_mul(&scale);
+        let inverse = Cholesky::new(of_unit)?.inverse();
+        let x = &inverse * &right;
+        let residual = (self.residual_square - right.dot(&x)).max(0.0);
+        let free = self.rows.saturating_sub(self.scale.len() + BODY_PARAMETERS).max(1) as f64;
+        let variance = inverse[(MASS_INDEX, MASS_INDEX)] * residual / free;
+        let load = x.component_mul(&scale);
+        let is_significant = x[MASS_INDEX].abs() > SIGNIFICANT_MASS_SIGMAS * variance.sqrt() && scale[MASS_INDEX] > 0.0;
+        Some(SolvedLoad {
+            error: (residual / self.tau).sqrt(),
+            mass: is_significant.then_some(load[MASS_INDEX]),
+            centre: load.rows(MASS_INDEX - 3, 3).norm() / load[MASS_INDEX].abs(),
+        })
+    }
+}
+
+impl Record {
+    fn parts(&self) -> usize {
+        self.before.len() - 1
+    }
+
+    /// The longest interval of blocks with a constant load, where it changes at `from` and `to`. One block next to each change
+    /// is left out, since the time of a change is known to one block.
+    fn longest_constant_interval(&self, from: usize, to: usize) -> (usize, usize) {
+        let parts = self.parts();
+        let pieces = [
+            (0, from.saturating_sub(1)),
+            (from + usize::from(from > 0), to - usize::from(to < parts)),
+            ((to + 1).min(parts), parts),
+        ];
+        let length = |(a, b): &(usize, usize)| self.times[*b] - self.times[*a];
+        pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
+    }
+
+    /// The interval of blocks during which a load explains most, and that load. Start and end are searched alternately, twice.
+    fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
+        let parts = self.parts();
+        let (mut from, mut to) = (0, parts);
+        for begins in [true, false, true, false] {
+            let range =
+                if begins { 0..to.saturating_sub(LEAST_LOAD_BLOCKS) + 1 } else { from + LEAST_LOAD_BLOCKS..parts + 1 };
+            let of = |part: usize| if begins { (part, to) } else { (from, part) };
+            let error = |part: usize| {
+                let (from, to) = of(part);
+                // A load during nearly all blocks does not count as a change.
+                let is_change = to - from >= LEAST_LOAD_BLOCKS && to - from + LEAST_LOAD_BLOCKS <= parts;
+                is_change.then(|| solve(from, to)).flatten().map_or(f64::INFINITY, |found| found.error)
+            };
+            let least = |parts: &mut dyn Iterator<Item = usize>| {
+                parts.map(|part| (part, error(part))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(part, _)| part)
+            };
+            let near = least(&mut range.clone().filter(|part| part % COARSE_BLOCK_STEP == 0 || *part == parts))?;
+            let best = least(&mut range.filter(|part| part.abs_diff(near) < COARSE_BLOCK_STEP))?;
+            (from, to) = of(best);
+        }
+        (to - from + LEAST_LOAD_BLOCKS <= parts).then(|| solve(from, to)).flatten().map(|found| (from, to, found))
+    }
+}

@@ -1,0 +1,103 @@
+//! The smallest zero offset of a joint that the search would have detected in this log, and the offset with the least error.
+//!
+//! An offset that raises the misfit of the description by enough is one that the search would have undone. The search does
+//! not report a smaller offset, although the description may fit better with it: with e(u) the relative error of the
+//! description whose joint k is turned by u, rad, friction and rotors fitted,
+//! ```text
+//! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
+//! ```
+
+use std::f64::consts::PI;
+
+use linear_model::regressor::Regressor;
+
+use crate::estimate::log_check::change::Change;
+use crate::estimate::log_check::regression::Partial;
+use crate::estimate::log_check::search::{COUNTED_JOINT_SHARE, SMALLEST_MISFIT_GAIN, counts};
+use crate::estimate::log_check::trials::Trials;
+
+use super::change::misfits;
+
+/// Offsets whose detection is tested, degrees.
+const TRIED_OFFSETS_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
+
+/// Whether the search would have undone these changes.
+pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> bool {
+    let sum = |changes: &[Change], partials: &[Partial]| {
+        let left = misfits(partials, slopes, changes, 1.0);
+        let counted = left.iter().zip(slopes).filter(|(_, p)| counts(p, 1.0, COUNTED_JOINT_SHARE));
+        counted.map(|(left, _)| left).sum::<f64>()
+    };
+    sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
+}
+
+/// Whether joint k carries no other joint. Another zero is then equivalent to a rotation of its body. Every base parameter in
+/// the torque of such a joint is also in the torque of each joint that carries it.
+pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
+    let n = regressor.coordinates().len();
+    let felt =
+        |j: usize| regressor.non_zeros().iter().filter(move |(row, _)| *row == j).map(|(_, c)| *c).collect::<Vec<_>>();
+    let own = felt(k);
+    (0..n).filter(|j| *j != k).all(|j| {
+        let other = felt(j);
+        other.is_empty() || other.iter().any(|c| !own.contains(c))
+    })
+}
+
+/// The smallest detectable offset of joint k, rad; `None` where no offset would have been detected.
+pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
+    let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
+    let tried = TRIED_OFFSETS_DEG.map(f64::to_radians);
+    // From the largest offset down, as long as both signs are detected.
+    tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
+}
+
+/// An offset is reported where it reduces the error of the description below this ratio.
+const TURNED_ERROR_RATIO: f64 = 0.4;
+/// Smallest offset that is reported, rad: encoders are referenced to a few tenths of a degree.
+const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
+/// Largest offset, rad; larger ones belong to the search for faults.
+const LARGEST_TURN_RAD: f64 = PI / 6.0;
+/// Distance of the three points of the parabola, rad.
+const TURN_STEP_RAD: f64 = PI / 180.0;
+/// Number of parabola steps: the error is a parabola near its minimum, and four steps reach a thousandth of a degree.
+const PARABOLA_STEPS: usize = 4;
+
+/// A joint whose offset makes the description fit better.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MisplacedJoint {
+    /// The coordinate.
+    pub joint: usize,
+    /// Offset, rad.
+    pub angle: f64,
+    /// Relative error of the description, unchanged and with the joint turned.
+    pub errors: (f64, f64),
+}
+
+/// The joint among these whose offset reduces the error of the description most; `None` where none does by far.
+pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Option<MisplacedJoint> {
+    // Squared residual of all torques, and squared torques.
+    let sums = |changes: &[Change]| {
+        let left = |p: &Partial| p.yy * p.residual(1.0);
+        let partials = trials.partials(changes);
+        (partials.iter().map(left).sum::<f64>(), partials.iter().map(|p| p.yy).sum::<f64>())
+    };
+    let (unchanged, whole) = sums(&[]);
+    let one = |joint: usize| {
+        let left = |angle: f64| sums(&[Change::turned(joint, angle)]).0;
+        let mut angle = 0.0;
+        for _ in 0..PARABOLA_STEPS {
+            let (before, here, behind) = (left(angle - TURN_STEP_RAD), left(angle), left(angle + TURN_STEP_RAD));
+            let bend = before - 2.0 * here + behind;
+            if bend <= 0.0 {
+                return None;
+            }
+            let step = 0.5 * TURN_STEP_RAD * (before - behind) / bend;
+            angle = (angle + step).clamp(-LARGEST_TURN_RAD, LARGEST_TURN_RAD);
+        }
+        let errors = ((unchanged / whole).sqrt(), (left(angle) / whole).sqrt());
+        let is_large = angle.abs() > SMALLEST_TURN_RAD && errors.1 < TURNED_ERROR_RATIO * errors.0;
+        is_large.then_some(MisplacedJoint { joint, angle, errors })
+    };
+    joints.filter_map(one).min_by(|a, b| a.errors.1.total_cmp(&b.errors.1))
+}

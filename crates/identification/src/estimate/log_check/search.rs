@@ -1,0 +1,340 @@
+//! Search for faults of single joints or pairs that, once undone, make the description predict the log.
+//!
+//! Each change is tried on some hundred samples. The change with the smallest sum of misfits is taken where it reduces the
+//! sum by enough, and the search continues with it undone. A zero is searched every 15 degrees and then refined. Where no
+//! such faults explain the log, a permutation of its columns is searched (`order`).
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::estimate::hypothesis::ColumnKind;
+use crate::estimate::hypothesis::Hypothesis::*;
+use crate::estimate::log_check::change::{Change, Description, misfits, motion_of, torque_of};
+use crate::estimate::log_check::finding::Fault;
+use crate::estimate::log_check::regression::{COUNTED_SLOPE_SHARE, Partial};
+use crate::estimate::log_check::samples::Samples;
+use crate::estimate::log_check::trials::Trials;
+
+/// The data of a search.
+pub(super) struct ChangeSearch<'a> {
+    pub samples: &'a Samples,
+    pub rows: &'a [usize],
+    /// The trials at `rows`.
+    pub trials: &'a Trials<'a>,
+    pub description: &'a Description<'a>,
+    /// Measured over nominal torque, common to all joints.
+    pub scale: f64,
+    /// Joints whose velocity is the derivative of another joint's position, with that joint.
+    pub velocities: &'a [(usize, usize)],
+}
+
+/// A suspected fault, with the mean misfit of the counted joints without and with it undone.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Suspicion {
+    /// One change, or the exchanges of a permutation.
+    pub changes: Vec<Change>,
+    pub before: f64,
+    pub after: f64,
+}
+
+/// Faults, and the misfits of the joints with these faults undone.
+pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
+
+/// Largest number of faults; a log with more is attributed to another robot.
+pub(super) const MAX_MISTAKES: usize = 3;
+/// Number of changes besides the best one from which a search also starts.
+const FIRST_STEPS: usize = 6;
+/// Such a change has a misfit of at most this many times the misfit of the best one.
+const FIRST_STEP_RATIO: f64 = 2.0;
+/// Largest number of joints of a robot for which a search also starts from other changes than the best.
+const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
+
+/// All changes together must reduce the sum of misfits below this share.
+const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
+/// Each change must reduce the sum of misfits by at least this.
+pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
+/// An arbitrary zero must reduce the misfit below this share of the misfit with the best change without a free number.
+const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
+
+/// A fault is likely where undoing it reduces the misfit below this share: the square of `power::TURNED_ERROR_RATIO`.
+pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
+
+/// Mean misfit below which a permutation of the columns, one of thousands, explains the log.
+const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
+
+/// Least share of the misfits that an exchange must remove, where velocities are known to belong to other positions.
+const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
+
+/// A joint counts where its squared nominal torque exceeds this share of the squared measured torque. A wrist whose torque
+/// is nearly all friction does not count.
+pub(super) const COUNTED_JOINT_SHARE: f64 = 0.05;
+
+/// Whether the squared nominal torque exceeds this share of the squared measured torque.
+pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
+    partial.weight() * scale * scale > share
+}
+
+/// Largest distance of a tried pair along the coordinates, for robots of more joints than [`MAX_JOINTS_FOR_ALL_PAIRS`].
+const NEAR_PAIR_DISTANCE: usize = 3;
+/// Largest number of joints for which exchanges of all pairs are tried.
+const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
+
+/// One past the last joint that is tried in a pair with joint k of n.
+pub(super) fn last_of_pairs(k: usize, n: usize) -> usize {
+    if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n }
+}
+
+/// Step of the search for a zero, rad.
+const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
+/// A zero within this distance of a quarter turn counts as a quarter turn, rad.
+const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
+/// The coarse search for a zero uses every fourth sample.
+const COARSE_SAMPLE_STEP: usize = 4;
+
+/// The sum of the misfits of the counted joints.
+pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
+
+impl ChangeSearch<'_> {
+    /// Sets of faults that explain the log, each with the misfits of the joints with the set undone, ordered by their first
+    /// change, the best first. A single empty set where no faults explain it.
+    pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
+        let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
+        let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
+        let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
+        let n = counted.iter().filter(|c| **c).count().max(1) as f64;
+        // Where velocities are known to belong to other positions, only the exchange of these columns is searched.
+        let (firsts, gain) = match self.velocities.is_empty() {
+            true => (self.firsts(as_it_is, &sum), SMALLEST_MISFIT_GAIN),
+            false => {
+                let known = self.least(&self.pairs(), &[], as_it_is, &sum);
+                (known.into_iter().collect(), KNOWN_SWAP_GAIN_SHARE * sum(&unchanged))
+            }
+        };
+        let begun = firsts.into_iter().filter(|(_, misfits)| sum(&unchanged) - sum(misfits) >= gain);
+        let mut found: Vec<Explanation> = begun.map(|first| self.from(first, &unchanged, n, as_it_is, &sum)).collect();
+        let whole = sum(&unchanged);
+        let left = found.first().map_or(whole, |(_, misfits)| sum(misfits));
+        // A single fault that explains the log well needs no search for a permutation, unless it is an exchange itself.
+        let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.of.exchanges().is_some());
+        let is_single = found.first().is_some_and(|(set, _)| set.len() == 1 && !set.iter().any(is_part));
+        if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
+            let ordered = self
+                .order(as_it_is, &sum)
+                .filter(|(_, m)| sum(m) < (EXPLAINED_BY_ORDER_MISFIT * n).min(LARGEST_SHARE_LEFT_BY_ZERO * left));
+            if let Some((changes, misfits)) = ordered {
+                return vec![(vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits)];
+            }
+        }
+        // The first of two faults may explain little by itself; all together must explain most.
+        found.retain(|(_, misfits)| sum(misfits) <= LARGEST_MISFIT_SHARE_LEFT * whole);
+        match found.is_empty() {
+            true => vec![(Vec::new(), unchanged)],
+            false => found.into_iter().map(|(set, misfits)| (merged(set), misfits)).collect(),
+        }
+    }
+
+    /// The first changes with the smallest misfit, the best first.
+    fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
+        let n = as_it_is.len();
+        if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
+            return Vec::new();
+        }
+        let best = self.next(&[], as_it_is, sum);
+        let most = if n > MAX_JOINTS_FOR_ALL_FIRSTS { 0 } else { FIRST_STEPS };
+        let plain = self.plain(n).into_iter().map(|change| (change, self.all_tried(&[change], as_it_is)));
+        let mut others: Vec<(Change, Vec<f64>)> = plain.collect();
+        others.sort_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)));
+        let is_other = |one: &(Change, Vec<f64>)| best.as_ref().is_none_or(|best| best.0 != one.0);
+        let least = best.as_ref().map_or(0.0, |best| sum(&best.1));
+        others.retain(|one| is_other(one) && sum(&one.1) <= FIRST_STEP_RATIO * least);
+        others.truncate(most);
+        best.into_iter().chain(others).collect()
+    }
+
+    /// The explanation that starts with a first change, continued as long as each further change explains enough.
+    fn from(
+        &self,
+        first: (Change, Vec<f64>),
+        unchanged: &[f64],
+        n: f64,
+        as_it_is: &[Partial],
+        sum: MisfitSum,
+    ) -> Explanation {
+        let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.to_vec());
+        let mut next = Some(first);
+        while let Some((change, misfits)) = next {
+            let (before, after) = (sum(&current), sum(&misfits));
+            if !found.is_empty() && before - after < SMALLEST_MISFIT_GAIN {
+                break;
+            }
+            found.push(Suspicion { changes: vec![change], before: before / n, after: after / n });
+            undone.push(change);
+            current = misfits;
+            let goes_on = found.len() < MAX_MISTAKES && after >= SMALLEST_MISFIT_GAIN;
+            next = if goes_on { self.next(&undone, as_it_is, sum) } else { None };
+        }
+        (found, current)
+    }
+
+    /// The change with the smallest misfit, in addition to the undone ones.
+    fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
+        let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
+        let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
+        let zeros: Vec<Change> =
+            (0..as_it_is.len()).filter(is_angle).map(|k| self.zero(k, undone, as_it_is, sum)).collect();
+        match self.least(&zeros, undone, as_it_is, sum) {
+            Some(zero) if sum(&zero.1) < LARGEST_SHARE_LEFT_BY_ZERO * sum(&plain.1) => Some(zero),
+            _ => Some(plain),
+        }
+    }
+
+    fn least(
+        &self,
+        changes: &[Change],
+        undone: &[Change],
+        as_it_is: &[Partial],
+        sum: MisfitSum,
+    ) -> Option<(Change, Vec<f64>)> {
+        let tried = changes.iter().map(|&change| (change, self.all_tried(&[undone, &[change]].concat(), as_it_is)));
+        tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
+    }
+
+    /// Exchanges of positions or of velocities, for pairs of joints whose velocities belong to the other's position.
+    fn pairs(&self) -> Vec<Change> {
+        let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
+        self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
+    }
+
+    /// Changes without a free number.
+    fn plain(&self, n: usize) -> Vec<Change> {
+        let mut all = [Degrees, GravityCompensated].map(Change::of).to_vec();
+        for k in 0..n {
+            all.extend([TorqueSign(k), MotionSign(k), Reversed(k)].map(Change::of));
+            if !self.description.regressor.is_prismatic(k) {
+                all.extend([FRAC_PI_2, PI, -FRAC_PI_2].map(|angle| Change::turned(k, angle)));
+            }
+            for l in k + 1..last_of_pairs(k, n) {
+                all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)].map(Change::of));
+            }
+        }
+        all
+    }
+
+    /// The misfits of the joints with these changes.
+    pub(super) fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
+        misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
+    }
+
+    /// The zero of joint k with the smallest misfit, as a change.
+    fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
+        // The coarse search uses few samples, the refinement all of them.
+        let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
+        let few = Trials::new(self.description, &self.samples.kept, &few);
+        let rough = few.partials(&[]);
+        let turned = |angle: f64| [undone, &[Change::turned(k, angle)]].concat();
+        let least = |angle: f64| {
+            let changes = turned(angle);
+            sum(&misfits(&few.partials(&changes), &rough, &changes, self.scale))
+        };
+        let left = |angle: f64| sum(&self.all_tried(&turned(angle), as_it_is));
+        let steps = (2.0 * PI / ZERO_SEARCH_STEP_RAD).round() as i32;
+        let coarse = (1..steps).map(|i| ZERO_SEARCH_STEP_RAD * f64::from(i));
+        let best = coarse.map(|a| (a, least(a))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |b| b.0);
+        let (mut low, mut high) = (best - ZERO_SEARCH_STEP_RAD, best + ZERO_SEARCH_STEP_RAD);
+        for _ in 0..ZERO_SEARCH_ROUNDS {
+            let third = (high - low) / 3.0;
+            if left(low + third) < left(high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        let angle = 0.5 * (low + high);
+        let quarter = (angle / FRAC_PI_2).round() * FRAC_PI_2;
+        let angle =
+            if quarter != 0.0 && (angle - quarter).abs() < QUARTER_TURN_TOLERANCE_RAD { quarter } else { angle };
+        Change::turned(k, if angle > PI { angle - 2.0 * PI } else { angle })
+    }
+}
+
+/// The slope of one joint relative to the other joints may be in this range by errors of nominal inertials.
+const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
+
+/// Least number of periods for a scale; with fewer, some bodies fit any scale.
+const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
+
+/// Least number of other joints with meaningful slopes with which a slope is compared.
+const LEAST_COMPARED_JOINTS: usize = 2;
+
+impl ChangeSearch<'_> {
+    /// The joints whose torque has another scale than the other joints, with `found` undone: their slopes exceed the errors of
+    /// nominal bodies.
+    pub(super) fn scaled(&self, found: &[Suspicion], as_it_is: &[Partial]) -> Vec<Suspicion> {
+        let undone: Vec<Change> = found.iter().flat_map(|one| one.changes.iter().copied()).collect();
+        let partials = self.trials.partials(&undone);
+        let is_meaningful = |p: &Partial| p.share() > COUNTED_SLOPE_SHARE && p.slope() * self.scale > 0.0;
+        let mut sizes: Vec<f64> =
+            partials.iter().filter(|p| is_meaningful(p)).map(|p| p.slope() / self.scale).collect();
+        if sizes.len() <= LEAST_COMPARED_JOINTS {
+            return Vec::new();
+        }
+        sizes.sort_by(f64::total_cmp);
+        let middle = sizes[sizes.len() / 2];
+        let n = as_it_is.len() as f64;
+        let one = |(k, p): (usize, &Partial)| {
+            // Compared with the median and with the description, since half of the joints may be wrong.
+            let slope = p.slope() / self.scale;
+            let factor = slope / middle;
+            let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;
+            let is_off =
+                moves && is_meaningful(p) && !JOINT_FACTORS.contains(&factor) && !JOINT_FACTORS.contains(&slope);
+            let share = |slope: f64| p.residual(slope) / n;
+            is_off.then(|| Suspicion {
+                changes: vec![Change { of: Scale(k), size: factor - 1.0 }],
+                before: share(middle * self.scale),
+                after: share(p.slope()),
+            })
+        };
+        partials.iter().enumerate().filter_map(one).collect()
+    }
+}
+
+/// Merges exchanges of one kind into one permutation.
+fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
+    let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
+    let kind = all.first().and_then(|change| change.of.exchanges());
+    match (found.first(), found.last()) {
+        (Some(first), Some(last)) if kind.is_some() && all.iter().all(|change| change.of.exchanges() == kind) => {
+            vec![Suspicion { changes: all, before: first.before, after: last.after }]
+        }
+        _ => found,
+    }
+}
+
+/// Rounds of the ternary search between two steps, to half a degree.
+const ZERO_SEARCH_ROUNDS: usize = 10;
+
+impl Suspicion {
+    /// The joints that the fault concerns, of n.
+    pub(super) fn joints(&self, n: usize) -> Vec<usize> {
+        match self.changes.as_slice() {
+            [one] => one.of.joints(),
+            _ => (0..n).filter(|&k| self.source(k) != k).collect(),
+        }
+    }
+
+    /// The joint of the log that holds the columns of joint k.
+    pub(super) fn source(&self, k: usize) -> usize {
+        match motion_of(&self.changes, k) {
+            same if same == k => torque_of(&self.changes, k).0,
+            other => other,
+        }
+    }
+
+    pub(super) fn fault(&self) -> Fault {
+        let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
+        if self.changes.len() > 1 {
+            return Fault::Permuted(first.of.exchanges().unwrap_or(ColumnKind::All));
+        }
+        Fault::Of(first.of, first.size)
+    }
+}

@@ -1,0 +1,86 @@
+//! Comparison of nominal torques with the torques of a log, for many changes of the log.
+//!
+//! A change selects which motion and which torque of the log belong to a joint. The joint's own columns, and the projection
+//! of a torque onto their complement, depend on that pair only. So they are computed once per pair, which makes thousands
+//! of trials fast.
+
+use std::sync::OnceLock;
+
+use linear_model::states::States;
+
+use crate::estimate::log_check::change::{
+    Change, Description, MIN_SAMPLES_PER_JOINT, column, motion_of, torque_of, used,
+};
+use crate::estimate::log_check::regression::{Basis, Partial};
+
+/// A log and a description that are compared.
+pub(super) struct Trials<'a> {
+    description: &'a Description<'a>,
+    states: &'a States,
+    rows: &'a [usize],
+    joints: Vec<InvariantPart>,
+}
+
+/// Data of one joint that do not depend on a change.
+struct InvariantPart {
+    /// Indices into `rows` at which the joint is used, and those samples.
+    places: Vec<usize>,
+    chosen: Vec<usize>,
+    /// The joint's own columns, made of the motion of each joint of the log.
+    bases: Vec<OnceLock<Basis>>,
+    /// The torque in column l, projected onto the complement of the columns of motion k, at k n + l.
+    torques: Vec<OnceLock<Vec<f64>>>,
+}
+
+impl<'a> Trials<'a> {
+    /// Trials at the samples `rows`.
+    pub(super) fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
+        let n = states.n;
+        let own = |j: usize| {
+            let places = used(states, rows, j);
+            let chosen = places.iter().map(|&i| rows[i]).collect();
+            let (bases, torques) = ((0..n).map(|_| OnceLock::new()), (0..n * n).map(|_| OnceLock::new()));
+            InvariantPart { places, chosen, bases: bases.collect(), torques: torques.collect() }
+        };
+        Trials { description, states, rows, joints: (0..n).map(own).collect() }
+    }
+
+    /// Nominal torques for the changed log, N m (N), sample by sample.
+    pub(super) fn nominal_torques(&self, changes: &[Change]) -> Vec<f64> {
+        self.description.torques(self.states, self.rows, changes)
+    }
+
+    /// The partial regression of each joint's torque on its nominal torque, given the joint's own columns.
+    pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
+        self.partials_of(&self.nominal_torques(changes), changes)
+    }
+
+    /// The partial regression of each joint's torque on the nominal torques `described`.
+    pub(super) fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
+        let n = self.states.n;
+        let joint = |(j, own): (usize, &InvariantPart)| {
+            if own.places.len() < MIN_SAMPLES_PER_JOINT {
+                return Partial::default();
+            }
+            let (k, (of, sign)) = (motion_of(changes, j), torque_of(changes, j));
+            let basis = own.bases[k].get_or_init(|| Basis::of(self.own_columns(&own.chosen, k)));
+            let measured =
+                own.torques[k * n + of].get_or_init(|| basis.without(column(&self.states.tau, n, of, &own.chosen)));
+            let mut partial = Partial::of(measured, &basis.without(column(described, n, j, &own.places)));
+            partial.xy *= sign;
+            partial
+        };
+        self.joints.iter().enumerate().map(joint).collect()
+    }
+
+    /// The joint's own columns that no description has, made of motion k: 1, dq, its direction, ddq.
+    fn own_columns(&self, rows: &[usize], k: usize) -> Vec<Vec<f64>> {
+        let (states, n) = (self.states, self.states.n);
+        vec![
+            vec![1.0; rows.len()],
+            column(&states.dq, n, k, rows),
+            column(&states.direction, n, k, rows),
+            column(&states.ddq, n, k, rows),
+        ]
+    }
+}

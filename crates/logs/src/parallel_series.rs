@@ -1,0 +1,15 @@
+//! Work on series in parallel threads.
+
+use processor::{in_parallel, threads};
+
+/// With fewer samples a second thread saves no time.
+const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 1 << 15;
+
+/// The results of `work` on the series, in their order. `samples`: the number of samples of each series.
+pub(crate) fn in_parallel_series<I: Send, R: Send>(
+    samples: usize,
+    series: Vec<I>,
+    work: impl Fn(I) -> R + Sync,
+) -> Vec<R> {
+    in_parallel(series, if samples < MIN_SAMPLES_FOR_SECOND_THREAD { 1 } else { threads() }, work)
+}

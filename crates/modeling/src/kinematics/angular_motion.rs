@@ -1,0 +1,93 @@
+//! The angular motion of a link: dw, w w^T and U = [dw]x + [w]x^2, with as few operations as its joint allows.
+//!
+//! U z is the second derivative of the unit vector z along the joint's axis. The axis is fixed in the antecedent too, so U z
+//! follows from the antecedent's U and is only rotated with the joint:
+//!
+//! ```text
+//! U z = (w_x w_z + dw_y, w_y w_z - dw_x, -(w_x^2 + w_y^2))
+//! ```
+//! It gives dw_x and dw_y without the products of the joint's own rate, and w_x^2 + w_y^2 without a square.
+
+use expr::{Expr, Graph};
+
+use crate::kinematics::vector::{Vector, ZRotation};
+
+/// U z of an axis along z, in axes before the rotation of the joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend {
+    pub x: Expr,
+    pub y: Expr,
+    /// w_x^2 + w_y^2, where the antecedent has it; `None` where two squares must be computed.
+    pub across: Option<Expr>,
+}
+
+impl Bend {
+    /// U z = 0 of an axis at rest.
+    pub(crate) const STILL: Bend = Bend { x: Expr::ZERO, y: Expr::ZERO, across: Some(Expr::ZERO) };
+
+    /// The bend from the vector U z.
+    pub(crate) fn of_column([x, y, z]: Vector) -> Bend {
+        Bend { x, y, across: Some(-z) }
+    }
+
+    /// The bend from dw and the products w_x w_z and w_y w_z.
+    pub(crate) fn of_rates(g: &mut Graph, dw: Vector, [xz, yz]: [Expr; 2]) -> Bend {
+        Bend { x: g.add(xz, dw[1]), y: g.sub(yz, dw[0]), across: None }
+    }
+
+    /// The bend in axes turned about z.
+    pub(crate) fn turned(self, g: &mut Graph, turn: ZRotation) -> Bend {
+        let [x, y, _] = turn.turned(g, [self.x, self.y, Expr::ZERO]);
+        Bend { x, y, ..self }
+    }
+}
+
+/// The angular motion of a link, in its own frame: rad/s^2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AngularMotion {
+    pub dw: Vector,
+    /// w w^T, row by row.
+    pub ww: [Vector; 3],
+    /// w_y^2 - w_z^2, w_z^2 - w_x^2, w_x^2 - w_y^2.
+    pub differences: Vector,
+    /// [dw]x + [w]x^2, row by row.
+    pub U: [Vector; 3],
+}
+
+impl AngularMotion {
+    /// The angular motion from the bend of the joint's axis, dw_z, and `product(i, k)` = w_i w_k.
+    pub(crate) fn new(
+        g: &mut Graph,
+        bend: Bend,
+        dw_z: Expr,
+        mut product: impl FnMut(&mut Graph, usize, usize) -> Expr,
+    ) -> AngularMotion {
+        let (xx, zz) = (product(g, 0, 0), product(g, 2, 2));
+        let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, k)| product(g, i, k));
+        let dw = [g.sub(yz, bend.y), g.sub(bend.x, xz), dw_z];
+
+        // The diagonal of U is w_i^2 - w^2, so that its differences equal the differences of the squares.
+        let (yy, across) = match bend.across {
+            Some(across) => (g.sub(across, xx), across),
+            None => {
+                let yy = product(g, 1, 1);
+                (yy, g.add(xx, yy))
+            }
+        };
+        let z_x = g.sub(zz, xx);
+        let u_yy = -g.add(xx, zz);
+        let (u_xx, y_z, x_y) = match bend.across {
+            Some(_) => {
+                let u_xx = -g.add(across, z_x);
+                (u_xx, g.add(u_yy, across), g.sub(u_xx, u_yy))
+            }
+            None => (-g.add(yy, zz), g.sub(yy, zz), g.sub(xx, yy)),
+        };
+        let U = [
+            [u_xx, g.sub(xy, dw[2]), bend.x],
+            [g.add(xy, dw[2]), u_yy, bend.y],
+            [g.sub(xz, dw[1]), g.add(yz, dw[0]), -across],
+        ];
+        AngularMotion { dw, ww: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], differences: [y_z, z_x, x_y], U }
+    }
+}

@@ -1,0 +1,83 @@
+//! Axis intersections: points through which several joint axes pass, as in shoulders and wrists.
+//!
+//! Where coordinates k turn a link about axes through one point P, the linear parts of their twists are
+//!
+//! ```text
+//! d_jk = z_jk x c,   c = O_j - P
+//! ```
+//! with one c for all of them. The joints of an axis intersection are consecutive: only the last intersection of a chain can
+//! get another axis.
+
+use expr::Graph;
+use robot::{JointKind, Link, LinkId};
+
+use crate::kinematics::placement::{Placement, Twist};
+use crate::kinematics::vector::{NULL, Vector, add};
+
+/// The axis intersections of the joints up to a link.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AxisIntersections {
+    pub all: Vec<AxisIntersection>,
+    /// The axis intersection of each coordinate that moves the link by one axis through it and by nothing else.
+    pub of: Vec<Option<usize>>,
+}
+
+/// A point through which axes pass.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AxisIntersection {
+    /// The vector from the point to O_j, in frame j, m.
+    pub lever: Vector,
+    /// The link of its first axis.
+    pub first: LinkId,
+    /// Number of axes.
+    axes: usize,
+}
+
+impl AxisIntersections {
+    /// The axis intersections of the base: none, since no coordinate moves it.
+    pub(crate) fn of_base(n: usize) -> AxisIntersections {
+        AxisIntersections { all: Vec::new(), of: vec![None; n] }
+    }
+
+    /// The axis intersections of link j from the intersections of its antecedent, whose twists are `before`.
+    pub(crate) fn carried(
+        &self,
+        g: &mut Graph,
+        (j, link): (LinkId, &Link),
+        placement: &Placement,
+        before: &[Option<Twist>],
+    ) -> AxisIntersections {
+        let mut poles = self.clone();
+        for pole in &mut poles.all {
+            let lever = add(g, pole.lever, placement.p);
+            pole.lever = placement.to_link_before_theta(g, lever);
+        }
+        if link.joint.kind == JointKind::Revolute {
+            match poles.all.last_mut() {
+                Some(last) if last.lever[0].is_zero() && last.lever[1].is_zero() => last.axes += 1,
+                _ => poles.begin(j),
+            }
+        }
+        // The levers are in the axes before the joint turns; theta gives them in frame j.
+        for pole in &mut poles.all {
+            pole.lever = placement.theta.turned(g, pole.lever);
+        }
+        for &(k, _) in &link.joint.variable.terms {
+            let is_own = link.joint.kind == JointKind::Revolute && before[k.0].is_none();
+            poles.of[k.0] = poles.all.len().checked_sub(1).filter(|_| is_own);
+        }
+        poles
+    }
+
+    /// Adds a new point at O_j. A last point with only one axis is removed, since it cannot get a second one any more.
+    fn begin(&mut self, j: LinkId) {
+        if self.all.last().is_some_and(|last| last.axes < 2) {
+            self.all.pop();
+            let n = self.all.len();
+            for of in &mut self.of {
+                *of = of.filter(|&pole| pole < n);
+            }
+        }
+        self.all.push(AxisIntersection { lever: NULL, first: j, axes: 1 });
+    }
+}

@@ -1,0 +1,54 @@
+//! Properties that a description may lack: the rotor inertias of its joints, and a tilt of its base.
+
+use identification::estimate::claims::hypotheses::{Tilt as TiltTorque, UndeterminedMechanics};
+use linear_model::description_options::RotorInertias;
+use robot::value::CoordinateId;
+use robot::{Format, RotorInertia};
+
+use crate::describe::description::set_rotor_inertias;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::mount::Tilt;
+
+/// Whether rotor inertias may be missing: the model is from a URDF, which cannot contain them, or from an MJCF, where they
+/// are optional, and the options do not decide.
+pub(crate) fn may_lack_rotors(model: &Model) -> bool {
+    let may_say_none = model.robot.format != Format::Complete;
+    let is_decided = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
+    let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
+    may_say_none && !is_decided && lacks
+}
+
+/// Why a model lacks rotor inertias.
+pub(crate) fn lack(model: &Model) -> &'static str {
+    if model.robot.format == Format::Urdf { "a URDF cannot say" } else { "the description does not give" }
+}
+
+/// The model with rotor inertias of its actuated joints.
+pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
+    model.changed(
+        |robot| set_rotor_inertias(robot, RotorInertias::Actuated),
+        |description| description.rotor_inertia = Some(RotorInertias::Actuated),
+    )
+}
+
+/// Calls `look` with the torques per radian of a tilt of the base, and the coordinates whose rotors may be missing.
+///
+/// `fitted`: base parameters; the described bodies are changed to these values by the standard parameter of each column.
+pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(UndeterminedMechanics) -> T) -> T {
+    let (of, described) = (&model.parameters, model.nominal_parameters().unwrap_or_default());
+    let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));
+    let changes: Vec<_> = brought.map(|(base, (x, described))| (of.standard[base.column], x - described)).collect();
+    let tilts = Tilt::both(&model.robot, &changes);
+    let torques: Vec<_> = tilts.iter().map(|(axis, tilt)| (*axis, |q: &[f64]| tilt.torques(q))).collect();
+    let torques: Vec<(usize, TiltTorque)> =
+        torques.iter().map(|(axis, torque)| (*axis, torque as TiltTorque)).collect();
+    look(UndeterminedMechanics { tilts: &torques, rotors: &undetermined_rotors(model) })
+}
+
+/// The coordinates whose motor may have a rotor that is missing in the description.
+fn undetermined_rotors(model: &Model) -> Vec<usize> {
+    let is_actuated = |k: &usize| model.robot.joint_of(CoordinateId(*k)).is_some();
+    let count = if may_lack_rotors(model) { model.robot.n_coordinates() } else { 0 };
+    (0..count).filter(is_actuated).collect()
+}

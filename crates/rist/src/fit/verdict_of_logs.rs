@@ -1,0 +1,99 @@
+//! Predicts other logs, judges an identification, and withholds results: the steps before the program and Python show it.
+
+use identification::estimate::logs_left_out::LogLeftOut;
+use identification::estimate::residuals::Residuals;
+use identification::estimate::verdict::{Prediction, Trust, Verdict};
+use logs::LogSource;
+use numerics::triangle::Triangle;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::samples::Identification;
+use crate::fit::validation::{Predicted, Validation, predictions};
+
+/// The verdict on an identification, and its predictions.
+pub struct JudgedIdentification {
+    /// Residuals by log, of logs that were not fitted.
+    pub predictions: Vec<(String, Residuals)>,
+    /// The predictions as an artefact; `None` where all logs were fitted.
+    pub validation: Option<Validation>,
+    /// Whether to trust the estimate.
+    pub verdict: Verdict,
+    /// Whether nothing may be written for a simulator.
+    pub is_withheld: bool,
+}
+
+impl Identification {
+    /// Predicts logs that were not fitted, and judges the estimate. Results that a verdict of no forbids are withheld, unless
+    /// `anyway` is set.
+    ///
+    /// Fails where a log cannot be read.
+    pub fn verdict_of_logs(
+        &mut self,
+        model: &Model,
+        others: &[LogSource],
+        anyway: bool,
+    ) -> Result<JudgedIdentification, Error> {
+        let predicted = predictions(self.used(model), &self.estimate, self.unsure.covariance(), others)?;
+        let new = predicted.iter().filter(|log| self.is_new(log));
+        let new: Vec<&[Triangle]> = new.map(|log| log.joints.as_slice()).collect();
+        if let Some(errors) = self.unsure.errors_with(self.used(model), &self.estimate, &new) {
+            self.estimate.torque_errors = errors;
+        }
+        let verdict = self.judge(self.prediction(&predicted));
+        let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
+        if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
+            bodies.refusal = None;
+        }
+        let model = self.used(model);
+        let (reference, estimate) = (model.reference.clone(), &self.estimate);
+        let validation = (!predictions.is_empty()).then(|| {
+            Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions)
+        });
+        let is_withheld = verdict.of_bodies().0 == Trust::No && !anyway;
+        Ok(JudgedIdentification { predictions, validation, verdict, is_withheld })
+    }
+
+    /// Whether a log has another motion than the logs that were fitted.
+    fn is_new(&self, log: &Predicted) -> bool {
+        log.visited.is_other_than(&self.log_check.visited)
+    }
+
+    /// The prediction errors on logs that were not fitted: the worst log counts. Where there are none, each log of the fit is
+    /// predicted from the others, and the log with the smallest error by parameters counts: the others identify less.
+    fn prediction(&self, logs: &[Predicted]) -> Prediction {
+        let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
+        let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };
+        if logs.is_empty() {
+            return self.of_the_fit(prediction);
+        }
+        let new: Vec<&Predicted> = logs.iter().filter(|log| self.is_new(log)).collect();
+        let counted: Vec<&Predicted> = if new.is_empty() { logs.iter().collect() } else { new };
+        let worst = counted.iter().max_by(|a, b| a.residuals.total.total_cmp(&b.residuals.total));
+        Prediction {
+            others: worst.map(|p| p.residuals.total),
+            others_repeat: !counted.iter().any(|p| self.is_new(p)),
+            others_nominal: worst.and_then(|p| p.described),
+            others_unsure: worst.and_then(|p| p.unsure),
+            others_by_parameters: counted.iter().map(|p| p.by_parameters()).reduce(f64::max),
+            ..prediction
+        }
+    }
+
+    /// Adds the prediction errors of the logs of the fit, each predicted from the others.
+    fn of_the_fit(&self, prediction: Prediction) -> Prediction {
+        let is_new = |left: &LogLeftOut| self.log_check.visited.is_new_log(left.log);
+        let has_new = self.logs_left_out.iter().any(is_new);
+        let counted = self.logs_left_out.iter().filter(|left| is_new(left) == has_new);
+        let best = counted.min_by(|a, b| a.by_parameters.total_cmp(&b.by_parameters));
+        Prediction {
+            others: best.map(|left| left.error),
+            others_repeat: !has_new,
+            others_nominal: best.and_then(|left| left.described),
+            others_unsure: best.map(|left| left.unsure),
+            others_by_parameters: best.map(|left| left.by_parameters),
+            others_are_of_the_fit: true,
+            ..prediction
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Plot data of an exciting motion for a page.
+
+use std::path::Path;
+
+use experiments::excitation::limits::CoordinateLimits;
+use identification::plot_data::motion_plot_data::KnownRobot;
+
+pub use identification::plot_data::motion_plot_data::MotionPlotData;
+pub use report::excitation::ShownMotion;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::checking::{Checked, check};
+use crate::motion::exciting::ExcitingMotion;
+use crate::motion::known_torque::KnownTorque;
+use crate::request::CheckRequest;
+
+/// The motion according to its file alone. It lacks torques and positions of links, which need a model. `file` stands
+/// in messages.
+///
+/// Fails where the file contains no motion.
+pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {
+    Ok(MotionPlotData::of_file(artefact, &artefact.motion(&file.display().to_string())?))
+}
+
+/// The motion with the limits and proofs of a new check. `file` stands in messages.
+///
+/// Fails where the motion was made with another model or is invalid.
+pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {
+    let checked = check(model, file, artefact, &CheckRequest::default())?;
+    let plot_data = drawn(model, artefact, checked.limits.clone())?;
+    let Checked { certificate, notes, left_out, floor, lowest, margins, .. } = checked;
+    Ok(MotionPlotData { certificate, notes, left_out, floor, lowest, margins: Some(margins), ..plot_data })
+}
+
+/// A motion with its own certificate.
+///
+/// Fails where it is no motion.
+pub fn found_motion(model: &Model, found: &ExcitingMotion) -> Result<MotionPlotData, Error> {
+    let plot_data = drawn(model, found, found.joints.iter().map(|j| j.limits.clone()).collect())?;
+    Ok(plot_data.with_certificate_of(found))
+}
+
+fn drawn(model: &Model, artefact: &ExcitingMotion, limits: Vec<CoordinateLimits>) -> Result<MotionPlotData, Error> {
+    let torque = KnownTorque::new(model, artefact.identified.as_ref());
+    let known = KnownRobot {
+        robot: &model.robot,
+        regressor: model.regressor(),
+        parameters: torque.parameters.as_deref(),
+        friction: &torque.friction,
+    };
+    Ok(MotionPlotData::new(artefact, &artefact.motion("the motion")?, limits, Some(known)))
+}
