@@ -322,7 +322,7 @@ class Parts:
         self.derivatives = piece.at(self.middle)
 
     def taylor(self, d):
-        """Terms of the d-th derivative in u, and what is left."""
+        """Terms of the d-th derivative in u, and the remainder."""
         terms = [x * (self.half**k / math.factorial(k)) for k, (x, _) in enumerate(self.derivatives[d:])]
         rest = self.piece.bound[:, None] * self.half ** (ORDER + 1 - d) / math.factorial(ORDER + 1 - d)
         off = sum(o * (self.half**k / math.factorial(k)) for k, (_, o) in enumerate(self.derivatives[d:]))

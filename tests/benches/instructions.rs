@@ -41,10 +41,10 @@ fn one_call(mut robot: Robot) -> Robot {
 #[bench::race(robot("race"))]
 #[bench::ur5(robot("ur5"))]
 #[bench::panda(robot("panda"))]
-fn eight_abreast(mut robot: Robot) -> Robot {
+fn eight_in_lanes(mut robot: Robot) -> Robot {
     assert!(robot.compiled.fill_eight(&robot.states, &mut robot.eights));
     robot
 }
 
-library_benchmark_group!(name = base_regressor; benchmarks = one_call, eight_abreast);
+library_benchmark_group!(name = base_regressor; benchmarks = one_call, eight_in_lanes);
 main!(library_benchmark_groups = base_regressor);

@@ -159,7 +159,7 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
         each().all(|(q, dq, ddq)| compiled.fill_non_zeros(q, dq, ddq, &mut some))
     });
     let lanes = Alternative::new("compiled, many", STATES, move || compiled.fill_many(&truth.states, &mut many));
-    let entries_eight = Alternative::new("entries, eight abreast", STATES, move || {
+    let entries_eight = Alternative::new("entries, eight in lanes", STATES, move || {
         eights().all(|states| compiled.fill_eight(states, &mut eight))
     });
     // Each checks what it times: the same call, every state kept.

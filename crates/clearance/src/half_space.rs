@@ -65,7 +65,7 @@ mod tests {
         assert!(inside([0.9, -1.9, 0.1]) && !inside([0.9, -2.1, 0.1]) && !inside([0.0, 0.0, 3.1]));
         assert_eq!(sides[5].name, "the greatest z of the cell");
         let error = HalfSpace::sides_of_box("the cell", [0.0; 3], [1.0, 0.0, 1.0]).unwrap_err();
-        assert_eq!(error, "the cell: it leaves no room along y: from 0 to 0");
+        assert_eq!(error, "the cell: it is empty along y: from 0 to 0");
         let wall = HalfSpace::beyond("wall 1".into(), [0.0, 0.5, 0.0], [0.0, -2.0, 0.0]).unwrap();
         assert_eq!((wall.normal, wall.offset), ([0.0, -1.0, 0.0], -0.5));
         assert!(HalfSpace::beyond("wall 1".into(), [0.0; 3], [0.0; 3]).is_err());

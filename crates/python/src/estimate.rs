@@ -421,7 +421,7 @@ impl Estimate {
         save(&path, &rist::page::page(&request).0, &[])
     }
 
-    /// Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and what is left;
+    /// Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and the residual;
     /// of an estimate of experiments its parameters. Axes of matplotlib, or a rist.Picture of the page where that is not there.
     #[pyo3(signature = (log=None))]
     fn plot<'py>(slf: &Bound<'py, Self>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use rist::motion::motion_portrait::{ShownMotion, checked_motion, found_motion, motion_of_file};
+use rist::motion::motion_plot_data::{ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest, PlanProof};
 use rist::request::spelling::Audience;
 use rist::{PlayFormat, TrajectoryFormat, trajectory_file};

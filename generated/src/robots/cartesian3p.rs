@@ -24,7 +24,7 @@ pub const NAME: &str = "cartesian3p";
 pub const COORDINATES: [&str; 3] = ["q1", "q2", "q3"];
 /// The base parameters, in the order of the columns of Y.
 pub const PARAMETERS: [&str; 4] = ["MR1", "IA1", "MR2", "MR3"];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 7894000222331445036;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 7] = [

@@ -23,7 +23,7 @@ pub const NAME: &str = "cartpole";
 pub const COORDINATES: [&str; 2] = ["q1", "q2"];
 /// The base parameters, in the order of the columns of Y.
 pub const PARAMETERS: [&str; 4] = ["MR1", "ZZR2", "MX2", "MY2"];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 252198600639347643;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 6] = [

@@ -117,7 +117,7 @@ pub const PARAMETERS: [&str; 48] = [
     "MY7",
     "IA7",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 16096586977799371549;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 193] = [

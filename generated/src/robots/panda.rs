@@ -107,7 +107,7 @@ pub const PARAMETERS: [&str; 43] = [
     "MX7",
     "MY7",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 10670426478854324111;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 188] = [

@@ -26,7 +26,7 @@ pub const NAME: &str = "planar2r_vertical";
 pub const COORDINATES: [&str; 2] = ["q1", "q2"];
 /// The base parameters, in the order of the columns of Y.
 pub const PARAMETERS: [&str; 7] = ["ZZR1", "MXR1", "MY1", "ZZ2", "MX2", "MY2", "IA2"];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 606257557314306733;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 10] = [

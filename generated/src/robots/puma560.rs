@@ -102,7 +102,7 @@ pub const PARAMETERS: [&str; 40] = [
     "MY6",
     "IA6",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 16868027943364181609;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 143] = [

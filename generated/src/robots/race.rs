@@ -58,7 +58,7 @@ pub const PARAMETERS: [&str; 18] = [
     "D8MY9",
     "D2MY10",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 16523654108318954457;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 40] = [

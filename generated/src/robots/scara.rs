@@ -43,7 +43,7 @@ pub const PARAMETERS: [&str; 11] = [
     "M4",
     "IA4",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 8018706141007931127;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 22] = [

@@ -103,7 +103,7 @@ pub const PARAMETERS: [&str; 43] = [
     "MY7",
     "MY8",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 9953100156370827982;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 133] = [

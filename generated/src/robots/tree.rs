@@ -51,7 +51,7 @@ pub const PARAMETERS: [&str; 16] = [
     "MX4",
     "MY4",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 4292454222029712672;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 30] = [

@@ -97,7 +97,7 @@ pub const PARAMETERS: [&str; 36] = [
     "MX_wrist_3",
     "MY_wrist_3",
 ];
-/// Tells this function from that of any other robot or geometry.
+/// Distinguishes this function from the functions of other robots and geometries.
 pub const FINGERPRINT: u64 = 5493490188755798548;
 /// Row and column of each entry that is not always zero, row by row.
 pub const NON_ZEROS: [(usize, usize); 139] = [

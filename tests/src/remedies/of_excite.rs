@@ -16,7 +16,7 @@ const KINDS: [(&str, &[&str]); 8] = [
     ("distance", &[" and ", "distance"]),
     ("wall", &["wall"]),
     ("box", &["box"]),
-    ("narrow", &["limit of", "tells the parameters apart"]),
+    ("narrow", &["limit of", "separates the parameters"]),
     ("effort", &["effort"]),
     ("margins", &["the errors of margins"]),
 ];

@@ -33,7 +33,7 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
     assert!(together.cutoff.unwrap() < 30.0, "{together}");
     let alone = of(&logs[..1]);
     assert!(alone.cutoff.unwrap() < 30.0, "{alone}");
-    let named = alone.remarks.iter().find(|r| r.contains("hardly move beside them")).unwrap();
+    let named = alone.remarks.iter().find(|r| r.contains("hardly move compared with them")).unwrap();
     assert!(named.contains("elbow") && !named.contains("shoulder_pan"), "{named}");
     assert!(alone.joints[2].f95.is_none() && alone.joints[0].f95.is_some(), "{alone}");
 }

@@ -128,7 +128,7 @@ fn broken_logs_are_named() {
     let out = ["--cutoff", "5", "--out", "x.tri"];
     for (log, why) in [
         ("cut.csv.gz", "damaged or cut short"),
-        ("other.csv", "not of this robot"),
+        ("other.csv", "not of the described robot"),
         ("backwards.csv", "wrong sign"),
         ("missing.csv", "there is no such file"),
     ] {

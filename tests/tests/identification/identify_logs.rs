@@ -166,7 +166,7 @@ fn a_load_is_as_unsure_as_the_gains() {
             squares.push(((told("value") - truth) / told("sigma")).powi(2));
         }
         let said = rist(&here, &command).out;
-        assert!(said.contains("the deviations of the drive gains are in these"), "{said}");
+        assert!(said.contains("these include sigma of the drive gains"), "{said}");
         assert!(!said.contains("a common factor"), "{said}");
     }
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();

@@ -49,7 +49,7 @@ fn the_golden_plan_earns_a_yes() {
                 estimate.total
             );
             let text = verdict.to_string();
-            assert!(text.contains("parts left out, each a motion of its own, are predicted with"), "{text}");
+            assert!(text.contains("relative residual of held-out parts, each a motion of its own: "), "{text}");
             // A file has the same verdict.
             let again = Estimate::from_yaml("estimate.yaml", &estimate.to_yaml().unwrap()).unwrap();
             assert_eq!(estimate_verdict(&again), verdict);

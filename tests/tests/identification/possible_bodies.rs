@@ -8,7 +8,7 @@ use tests::joint_log::{Machine, unlike};
 use tests::model_path;
 use tests::program::folder;
 
-const SENTENCE: &str = "the log is poor, and the values are those of bodies that can exist";
+const SENTENCE: &str = "the log is poor, and the bodies are constrained to be physically possible";
 
 /// Five seconds in which the joints of a UR5 swing by these amplitudes, with torques of this noise, N m.
 fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource {

@@ -141,7 +141,7 @@ fn what_is_no_goal_is_refused() {
     let mut equal = table.clone();
     equal.columns[6] = equal.columns[2].clone();
     for (table, names, said) in [
-        (table, beside, "[options.columns.goal] stands beside [options.columns.torque]"),
+        (table, beside, "[options.columns.goal] stands together with [options.columns.torque]"),
         (constant, goals(), "servos.csv: column `goal_q1` is 0.25 throughout, while its joint goes from "),
         (equal, goals(), "servos.csv: column `goal_q2` is the position of its joint in every row"),
     ] {

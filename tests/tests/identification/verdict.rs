@@ -65,7 +65,7 @@ fn no_mistake_is_silent() {
             "are in another order (position, velocity and torque)",
         ),
         ("zeros", &ur5, changed(&good, |l| each(&mut l.tau, |_| 0.0)), "is not measured: it never changes"),
-        ("robot", "other.urdf", good.clone(), "this log is not of this robot"),
+        ("robot", "other.urdf", good.clone(), "this log is not of the described robot"),
         ("short", &ur5, cut(&good, 0.6), "the log is too short"),
     ];
     for (name, robot, log, sentence) in mistakes {
@@ -111,8 +111,8 @@ fn a_good_log_is_trusted() {
         let rest = line.split(behind).nth(1).unwrap_or_else(|| panic!("no `{behind}` in {line}"));
         rest.split_whitespace().next().unwrap().parse().unwrap()
     };
-    let description = percent(&found[0], "your description predicts this log with ");
-    let identified = percent(&found[0], "the identified parameters with ");
+    let description = percent(&found[0], "relative residual of this log: ");
+    let identified = percent(&found[0], "with the nominal parameters, ");
     // Parameters off by up to 15 %, and not all the same way; noise of 0.1 N m beside torques of some ten.
     assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
     assert!(here.join("w.urdf").is_file());
@@ -142,7 +142,7 @@ fn logs_of_one_fit_predict_each_other() {
     ];
     files.iter().for_each(|(name, log)| log.write(&here.join(name), names));
     let trust = |logs: &[&str]| verdict(&rist(&here, &[&["identify", &ur5], logs].concat()))[1].clone();
-    let predicted = "relative residual of each log, predicted by parameters from the others with";
+    let predicted = "relative residual of each log, predicted by parameters from the others: ";
     let alone = trust(&["a.csv"]);
     assert!(!alone.contains(predicted), "{alone}");
     let together = trust(&["a.csv", "b.csv"]);
@@ -200,12 +200,12 @@ fn a_validation_judges_its_own_residual() {
     let heavy: Vec<f64> = described.iter().map(|x| 1.4 * x).collect();
     swinging(&model.robot, &heavy, 1.2, 0.0).write(&here.join("a.csv"), names);
     swinging(&model.robot, &described, 0.8, 0.0).write(&here.join("b.csv"), names);
-    assert!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).out.contains("residual"));
+    assert!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).out.contains("the residual "));
     let run = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
     let found = verdict(&run);
     assert_eq!(run.code, Some(1), "{found:?}");
     assert!(found[1].starts_with("trust: no\n  - the description predicts the other log better"), "{found:?}");
-    assert!(!run.out.contains("residual"), "{}", run.out);
+    assert!(!run.out.contains("the residual "), "{}", run.out);
 }
 
 #[test]

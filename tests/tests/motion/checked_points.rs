@@ -103,7 +103,7 @@ fn a_plan_and_its_proof_are_checked() {
     holds(&found, 0, &["e01: proven", "e06: proven", "proven again: D-efficiency at least 0."]);
     file_with(folder, "better.yaml", "d_efficiency_at_least: 0.", "d_efficiency_at_least: 0.99999");
     let better = check(folder, "better.yaml", &[]);
-    holds(&better, 1, &["BROKEN: the file says D-efficiency at least 1.0000; its proof is worth 0."]);
+    holds(&better, 1, &["BROKEN: the file says D-efficiency at least 1.0000; its proof gives 0."]);
     std::fs::write(folder.join("weak_plan.yaml"), "all: {effort: 0.5}\n").unwrap();
     holds(&check(folder, "plan.yaml", &["--limits", "weak_plan.yaml"]), 1, &["e01: effort of "]);
     std::fs::write(folder.join("slow_plan.yaml"), "all: {acceleration: 0.5}\n").unwrap();
@@ -145,7 +145,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     assert!(last.contains("distance of ") && last.contains("effort of 6"), "{last}");
     let limited = |text: &str| LimitsFile::from_yaml("limits.yaml", text).unwrap();
     for (text, said) in [
-        ("all: {effort: 0.01}", "the limits leave no motion"),
+        ("all: {effort: 0.01}", "no motion keeps the limits"),
         ("all: {jerk: 5}", "acceleration of a bang-bang swing and of a sweep jumps"),
         ("coordinates: {elbow: {velocity: 1}}", "there is no coordinate `elbow`"),
     ] {
@@ -200,9 +200,12 @@ fn what_a_file_tells_is_foreseen() {
     let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
     std::fs::write(folder.join("still.csv"), still).unwrap();
     let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]).ended(0);
-    has(&run.out, &["q2: it uses 0 % of its positions", "feedforward at the speed limits: not told", "told: "]);
+    has(
+        &run.out,
+        &["q2: it uses 0 % of its positions", "feedforward at the speed limits: not identifiable", "identifiable: "],
+    );
     let run = rist(folder, &["visibility", "arm.yaml", "motion.yaml"]);
-    has(&run.out, &["gravity compensation: unsure by ", "none of them weak"]);
+    has(&run.out, &["gravity compensation: uncertainty ", "none of them weak"]);
     rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]).failed(2, &["auto needs a log"]);
 }
 

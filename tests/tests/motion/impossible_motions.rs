@@ -37,7 +37,7 @@ fn impossible_times_get_an_answer() {
         // Too short to tell anything.
         (
             vec!["--period", "0.1", "--rate", "1000", "--harmonics", "1"],
-            vec!["tells the parameters apart", "nearest is its limit of ", "choose another --period"],
+            vec!["separates the parameters", "nearest is its limit of ", "choose another --period"],
         ),
     ] {
         refused(&here, &[&few[..], &more].concat(), &said);
@@ -58,11 +58,11 @@ fn impossible_limits_get_an_answer() {
         ("coordinates: {q1: {velocity: 6}}", vec!["coordinate q1: velocity 6 of the limits file is above 5"]),
         (
             "coordinates: {q2: {velocity: 0}}",
-            vec!["coordinate q2: the limit of velocity leaves no room: 0", "(locked: holds still)"],
+            vec!["coordinate q2: the limit of velocity allows no motion: 0", "(locked: holds still)"],
         ),
         (
             "coordinates: {q2: {jerk: .inf}}",
-            vec!["coordinate q2: the limit of jerk leaves no room: inf", "positive number"],
+            vec!["coordinate q2: the limit of jerk allows no motion: inf", "positive number"],
         ),
         ("coordinates: {q1: {locked: 3}}", vec!["coordinate q1: locked at 3, outside its limits of position, -2 to 2"]),
         (
@@ -71,7 +71,7 @@ fn impossible_limits_get_an_answer() {
         ),
         ("coordinates: {q1: {power: 1e-6}}", vec!["no motion keeps the power limit of q1"]),
         ("all: {acceleration: 1e-9}", vec!["a blend 1.2500e10 s (by the limits of velocity and acceleration"]),
-        ("all: {jerk: 1e-9}", vec!["tells the parameters apart: q2, the slowest", "its limit of jerk"]),
+        ("all: {jerk: 1e-9}", vec!["separates the parameters: q2, the slowest", "its limit of jerk"]),
         (
             "coordinates: {q2: {position: [1, 1.0000001]}}",
             vec![
@@ -114,13 +114,13 @@ fn limits_of_an_arm_are_read_or_refused() {
     }
     for (limits, said) in [
         ("coordinates: {elbow: {position: [8, 9]}}", "elbow: position 8 to 9 of the limits file exceeds -6.28"),
-        ("all: {velocity: .nan}", "shoulder_pan: the limit of velocity leaves no room: NaN"),
-        ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort leaves no room: 0"),
+        ("all: {velocity: .nan}", "shoulder_pan: the limit of velocity allows no motion: NaN"),
+        ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort allows no motion: 0"),
         ("all: {power: 0.001}", "no motion keeps the power limit of elbow"),
         ("space: {floor: 3}", "shoulder is 2.9108 m beyond the floor, and no joint that is not locked moves it away"),
         ("space: {floor: 3}", "space: {floor: 0.088} is below it"),
         ("space: {walls: [{point: [0,0,0], normal: [0,0,0]}]}", "the wall: normal [0.0, 0.0, 0.0]"),
-        ("space: {boxes: [{low: [1,1,1], high: [0,0,0]}]}", "the box: it leaves no room along x: from 1 to 0"),
+        ("space: {boxes: [{low: [1,1,1], high: [0,0,0]}]}", "the box: it is empty along x: from 1 to 0"),
         (
             "space: {boxes: [{low: [-0.05,-0.05,0], high: [0.05,0.05,0.3]}]}",
             "the limits of position leave no place that is free, or the limit is too tight",

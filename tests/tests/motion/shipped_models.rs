@@ -54,7 +54,7 @@ fn walk(file: &str) {
     {
         let arguments = arguments.replace("MODEL", &model.to_string());
         let run = rist(&here, &arguments.split_whitespace().collect::<Vec<_>>());
-        let words = ["the log is too short", "the torque is unsure by"];
+        let words = ["the log is too short", "the torque uncertainty is"];
         let is_short = run.code == Some(1) && words.iter().any(|said| run.out.contains(said));
         assert!(run.code == Some(0) || is_short, "{file}: rist {arguments}: {}{}", run.out, run.err);
     }

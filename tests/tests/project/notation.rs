@@ -1,4 +1,5 @@
-//! Every path of docs/notation.md leads to what it names.
+//! Every path of docs/notation.md leads to what it names; words of public types and of headings stand there, and former words
+//! nowhere.
 
 use std::path::{Path, PathBuf};
 
@@ -42,4 +43,123 @@ fn paths_lead_to_what_they_name() {
     assert!(paths.len() > 50, "{} paths", paths.len());
     let faults: Vec<&&str> = paths.iter().filter(|path| !leads(path)).collect();
     assert!(faults.is_empty(), "docs/notation.md: no public item at {faults:?}");
+}
+
+/// The words of a name in camel case, in lower case: `LogCheck` has `log` and `check`.
+fn words(name: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for c in name.chars().filter(|c| c.is_ascii_alphabetic()) {
+        match found.last_mut() {
+            Some(word) if c.is_lowercase() => word.push(c),
+            _ => found.push(c.to_lowercase().to_string()),
+        }
+    }
+    found
+}
+
+/// Whether a word stands on the page, alone or with the ending of a plural.
+fn stands(page: &[String], word: &str) -> bool {
+    let single = word.strip_suffix("es").into_iter().chain(word.strip_suffix('s'));
+    page.iter().any(|one| one == word || one.strip_suffix('s') == Some(word) || single.clone().any(|w| one == w))
+}
+
+fn page_words() -> Vec<String> {
+    let page = std::fs::read_to_string(workspace().join("docs/notation.md")).unwrap().to_lowercase();
+    page.split(|c: char| !c.is_alphabetic()).map(str::to_string).collect()
+}
+
+/// Tracked files below these folders with one of these endings.
+fn files(folders: &[&str], endings: &[&str]) -> Vec<(String, String)> {
+    let listed = std::process::Command::new("git").arg("ls-files").args(folders).current_dir(workspace()).output();
+    let listed = String::from_utf8(listed.expect("git lists files").stdout).unwrap();
+    let wanted = listed.lines().filter(|file| endings.iter().any(|ending| file.ends_with(ending)));
+    let read = |file: &str| Some((file.to_string(), std::fs::read_to_string(workspace().join(file)).ok()?));
+    wanted.filter_map(read).collect()
+}
+
+#[test]
+fn words_of_public_types_stand_in_the_notation() {
+    let page = page_words();
+    let items = ["pub struct ", "pub enum ", "pub trait ", "pub type ", "pub union "];
+    let mut missing = Vec::new();
+    let mut names = 0;
+    for (file, text) in files(&["crates"], &[".rs"]).iter().filter(|(file, _)| !file.contains("/tests/")) {
+        for line in text.lines() {
+            let Some(rest) = items.iter().find_map(|item| line.strip_prefix(item)) else { continue };
+            let name = rest.split(|c: char| !c.is_alphanumeric()).next().unwrap();
+            names += 1;
+            let unknown = words(name).into_iter().filter(|word| word.len() > 1 && !stands(&page, word));
+            missing.extend(unknown.map(|word| format!("{file}: {name}: {word}")));
+        }
+    }
+    assert!(names > 400, "{names}");
+    assert!(missing.is_empty(), "not in docs/notation.md: {missing:#?}");
+}
+
+/// A text of a template without its elements and its blocks `{{ .. }}`, `{% .. %}`.
+fn without_markup(text: &str) -> String {
+    let mut plain = String::new();
+    let mut closing = None;
+    for c in text.chars() {
+        match (closing, c) {
+            (None, '<') => closing = Some('>'),
+            (None, '{') => closing = Some('}'),
+            (None, _) => plain.push(c),
+            (Some(end), _) if end == c => closing = None,
+            _ => {}
+        }
+    }
+    plain
+}
+
+#[test]
+fn words_of_headings_stand_in_the_notation() {
+    let page = page_words();
+    let mut missing = Vec::new();
+    let mut headings = 0;
+    for (file, text) in files(&["crates/report/templates"], &[".html"]) {
+        for tag in ["h2", "h3", "th", "dt"] {
+            let end = format!("</{tag}>");
+            for part in text.split(&format!("<{tag}")).skip(1).filter_map(|part| part.split(&end).next()) {
+                let shown = part.split_once('>').map_or("", |(_, shown)| shown);
+                let plain = without_markup(shown);
+                headings += 1;
+                let words = plain.split(|c: char| !c.is_ascii_alphabetic()).map(str::to_lowercase);
+                let unknown = words.filter(|word| word.len() > 3 && !stands(&page, word));
+                missing.extend(unknown.map(|word| format!("{file}: {}: {word}", plain.trim())));
+            }
+        }
+    }
+    assert!(headings > 40, "{headings}");
+    assert!(missing.is_empty(), "not in docs/notation.md: {missing:#?}");
+}
+
+/// Words that had a term of the field: in no code, page or message. Python warns of two of them for one version.
+#[test]
+fn former_words_are_gone() {
+    let former: std::collections::BTreeMap<String, String> =
+        serde_yaml::from_str(include_str!("../../data/former_words.yaml")).unwrap();
+    let mut found = Vec::new();
+    let all = files(
+        &["crates", "docs", "xtask", "README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"],
+        &[".rs", ".md", ".html", ".js", ".css", ".py", ".pyi"],
+    );
+    assert!(all.len() > 700, "{}", all.len());
+    for (file, text) in &all {
+        for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.contains("is called")) {
+            // The package for Python has two former names, which warn.
+            let is_kept = |word: &str| file.starts_with("crates/python") && matches!(word, "Passport" | "untold");
+            let said = former.iter().filter(|(word, _)| line.contains(word.as_str()) && !is_kept(word));
+            found.extend(said.map(|(word, term)| format!("{file}:{}: `{word}` is {term}", k + 1)));
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn words_of_names_are_found() {
+    assert_eq!(words("LogCheck"), ["log", "check"]);
+    assert_eq!(without_markup("a <b class=\"{{ x }}\">c</b>{% if d %}e").trim(), "a ce");
+    let page = ["angle".to_string(), "zeros".to_string()];
+    assert!(stands(&page, "angles") && stands(&page, "zero") && !stands(&page, "passport"));
 }

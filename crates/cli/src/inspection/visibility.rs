@@ -45,9 +45,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn purpose(JointForecast { purpose, coordinate, deviation, share }: &JointForecast) -> String {
     match (deviation, share) {
         (None, _) => format!("{purpose}: not identifiable (a parameter of {coordinate} is missing)"),
-        (Some(deviation), None) => format!("{purpose}: unsure by {} ({coordinate})", figure(*deviation)),
+        (Some(deviation), None) => format!("{purpose}: uncertainty {} ({coordinate})", figure(*deviation)),
         (Some(deviation), Some(share)) => format!(
-            "{purpose}: unsure by {} %, {} N m (N), at most ({coordinate})",
+            "{purpose}: uncertainty {} %, {} N m (N), largest ({coordinate})",
             figure(100.0 * share),
             figure(*deviation)
         ),

@@ -5,17 +5,17 @@ use numerics::jet::Jet;
 
 use crate::excitation::enclosure::Derivatives;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::nominal_torque::DescribedTorque;
+use crate::excitation::nominal_torque::NominalTorque;
 use crate::excitation::trajectory::EnclosedTrajectory;
 
 /// Magnitude of the dry friction of a coordinate, N m (N).
-pub(super) fn dry(described: &DescribedTorque, k: usize) -> f64 {
+pub(super) fn dry(described: &NominalTorque, k: usize) -> f64 {
     described.friction[k].coulomb.abs()
 }
 
 /// The limits of torque and power: coordinate, kind, and the usable value, N m (N) or W. The dry friction of a joint at rest may
 /// act in either direction, so it is subtracted from the effort.
-pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedTorque) -> Vec<(usize, LimitKind, f64)> {
+pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &NominalTorque) -> Vec<(usize, LimitKind, f64)> {
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
     let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
     (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
@@ -32,7 +32,7 @@ pub(super) fn drives_on(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
     part: Interval,
-    described: &DescribedTorque,
+    described: &NominalTorque,
 ) -> (DriveEnclosure, DriveEnclosure) {
     let middle = Interval::point(part.middle());
     let thin = jets(&enclosed.on(stretch, middle), described);
@@ -50,12 +50,12 @@ pub(super) fn drives_at(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
     t: f64,
-    described: &DescribedTorque,
+    described: &NominalTorque,
 ) -> DriveEnclosure {
     drives_on(enclosed, stretch, Interval::point(t), described).1
 }
 
-fn jets(states: &[Derivatives], described: &DescribedTorque) -> DriveJets {
+fn jets(states: &[Derivatives], described: &NominalTorque) -> DriveJets {
     let of = |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
     let dq = of(1);
     described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
@@ -63,7 +63,7 @@ fn jets(states: &[Derivatives], described: &DescribedTorque) -> DriveJets {
 
 /// Torques and powers from the jets `states` of torque and velocity; `of` encloses a function of these jets.
 fn drives(
-    described: &DescribedTorque,
+    described: &NominalTorque,
     states: &DriveJets,
     of: impl Fn(&dyn Fn(&DriveJets) -> Jet) -> Interval,
 ) -> DriveEnclosure {

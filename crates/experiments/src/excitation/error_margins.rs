@@ -184,7 +184,7 @@ mod tests {
         assert_eq!((margins.of_joints(&names()), margins.of_bodies()), (vec![0.01, 0.03], 0.003));
         assert_eq!(narrowed((-1.0, 2.0), 0.5), Ok((-0.5, 1.5)));
         assert_eq!(narrowed((1.0, 1.0 + 1e-9), 0.5), Ok((1.0, 1.0 + 1e-9)));
-        assert!(narrowed((-1.0, 1.0), 1.0).unwrap_err().contains("leave no room of the positions from -1 to 1"));
+        assert!(narrowed((-1.0, 1.0), 1.0).unwrap_err().contains("take all of the positions from -1 to 1"));
         assert_eq!(narrowed((f64::NEG_INFINITY, 1.0), 0.5), Ok((f64::NEG_INFINITY, 0.5)));
     }
 

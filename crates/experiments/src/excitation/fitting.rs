@@ -8,7 +8,7 @@ use numerics::interruption::Interruption;
 use crate::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::{Motion, scaled};
-use crate::excitation::proof::{CertificateRow, DescribedTorque, LimitProof, prove_motion, prove_torque};
+use crate::excitation::proof::{CertificateRow, NominalTorque, LimitProof, prove_motion, prove_torque};
 use crate::excitation::sampled_drives::sampled_excess;
 use crate::excitation::trajectory::Trajectory;
 
@@ -31,7 +31,7 @@ pub struct Obligations<'a> {
     /// Names of the coordinates.
     pub names: &'a [String],
     /// Torques, where the description determines them.
-    pub torque: Option<&'a DescribedTorque<'a>>,
+    pub torque: Option<&'a NominalTorque<'a>>,
     /// Distances, where the description has bodies.
     pub surroundings: Option<&'a dyn Surroundings>,
 }
@@ -170,7 +170,7 @@ mod tests {
         let motion =
             Motion { rate: 100.0, repetitions: 1, shape, joints: vec![vec![0.0, 0.3, 0.1, 0.3, -0.2, 0.2, 0.1]] };
         let friction = vec![NominalFriction::default()];
-        let described = DescribedTorque { torque: &Spring, friction, share: 1.0, loaded: None };
+        let described = NominalTorque { torque: &Spring, friction, share: 1.0, loaded: None };
         let with = |effort: f64| [CoordinateLimits { effort: Some(effort), ..pendulum_limits() }];
         let reached = prove_torque(&motion, &with(1e3), &names, &described)[0].value.abs();
         let limits = with(reached / 1.5);

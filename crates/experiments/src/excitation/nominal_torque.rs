@@ -32,7 +32,7 @@ pub struct IdentifiedTorque {
 }
 
 /// The torques of a robot, from the description or identified.
-pub struct DescribedTorque<'a> {
+pub struct NominalTorque<'a> {
     /// Encloses the torque without payload.
     pub torque: &'a dyn EnclosedTorque,
     /// Friction, one per coordinate.
@@ -43,10 +43,10 @@ pub struct DescribedTorque<'a> {
     pub loaded: Option<&'a dyn EnclosedTorque>,
 }
 
-impl DescribedTorque<'_> {
+impl NominalTorque<'_> {
     /// The torques with the payload; `None` where there is none.
-    pub(super) fn with_payload(&self) -> Option<DescribedTorque<'_>> {
+    pub(super) fn with_payload(&self) -> Option<NominalTorque<'_>> {
         let torque = self.loaded?;
-        Some(DescribedTorque { torque, friction: self.friction.clone(), share: self.share, loaded: None })
+        Some(NominalTorque { torque, friction: self.friction.clone(), share: self.share, loaded: None })
     }
 }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::excitation::enclosed_drives::{DriveEnclosure, drives_on, dry, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-pub use crate::excitation::nominal_torque::{DescribedTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+pub use crate::excitation::nominal_torque::{NominalTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
 /// Whether a limit is kept.
@@ -143,7 +143,7 @@ pub fn prove_torque(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],
     names: &[String],
-    described: &DescribedTorque,
+    described: &NominalTorque,
 ) -> Vec<CertificateRow> {
     let without = prove_torque_of(course, limits, names, described);
     let Some(loaded) = described.with_payload() else { return without };
@@ -172,7 +172,7 @@ fn prove_torque_of(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],
     names: &[String],
-    described: &DescribedTorque,
+    described: &NominalTorque,
 ) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
     let limited = limited_drives(limits, described);
@@ -305,7 +305,7 @@ pub(crate) mod tests {
     fn proofs_of_torque_and_power_are_sharp() {
         let names = ["q1".to_string(), "q2".to_string()];
         let friction = NominalFriction { viscous: 0.7, coulomb: 0.4, offset: -0.2 };
-        let described = DescribedTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8, loaded: None };
+        let described = NominalTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8, loaded: None };
         for motion in motions() {
             let drive = |x: [f64; 4]| {
                 let tau = 2.0 * x[2] + 3.0 * x[0] + 0.7 * x[1] - 0.2;
@@ -355,7 +355,7 @@ pub(crate) mod tests {
     #[test]
     fn what_has_room_needs_no_exact_range() {
         let names = ["q1".to_string(), "q2".to_string()];
-        let with = |torque, friction| DescribedTorque { torque, friction, share: 1.0, loaded: None };
+        let with = |torque, friction| NominalTorque { torque, friction, share: 1.0, loaded: None };
         let friction = vec![NominalFriction::default(); 2];
         let (sharp, loose) = (with(&Spring, friction.clone()), with(&WideEnclosure, friction));
         let motion = &motions()[0];

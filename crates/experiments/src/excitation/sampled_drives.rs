@@ -5,19 +5,19 @@
 
 use crate::excitation::enclosed_drives::{drives_at, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::nominal_torque::DescribedTorque;
+use crate::excitation::nominal_torque::NominalTorque;
 use crate::excitation::trajectory::Trajectory;
 
 /// Instants of each initial interval of a proof.
 const SAMPLES_PER_INTERVAL: usize = 4;
 
 /// The greatest ratio of a torque or power to its usable limit, at instants: a lower bound of the ratio that a proof finds.
-pub fn sampled_excess(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
+pub fn sampled_excess(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &NominalTorque) -> f64 {
     let loaded = described.with_payload().map_or(0.0, |loaded| excess_of(course, limits, &loaded));
     loaded.max(excess_of(course, limits, described))
 }
 
-fn excess_of(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
+fn excess_of(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &NominalTorque) -> f64 {
     let (enclosed, limited) = (course.enclosed(), limited_drives(limits, described));
     let mut greatest = 0.0_f64;
     if limited.is_empty() {

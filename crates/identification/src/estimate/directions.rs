@@ -142,7 +142,7 @@ mod tests {
         assert!(narrow[0].open, "{narrow:?}");
         let named: Vec<String> = narrow[0].members.iter().take(2).map(|m| m.parameter.to_string()).collect();
         assert!(named.contains(&"MX1".into()) && named.contains(&"MY1".into()), "{named:?}");
-        assert!(narrow[0].sentence().contains("cannot tell"), "{}", narrow[0].sentence());
+        assert!(narrow[0].sentence().contains("do not separate"), "{}", narrow[0].sentence());
         assert!(of(1.0, 1e-6).iter().all(|d| !d.open));
         let solution = solve(&Observation::of(&model, &arm.states(500), 1).joints(|_| true)[0]);
         assert!(solution.rank == 3);

@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn signals_abreast_are_those_alone() {
+    fn signals_in_lanes_are_as_one_by_one() {
         for (order, count, n) in [(4, 1, 40), (3, 8, 300), (5, 19, 1000), (4, 3, 2), (2, 9, 7)] {
             let f = Butterworth::low_pass(order, 0.13, 2.0).unwrap();
             let signal = |k: usize| (0..n).map(|i| ((0.1 + 0.03 * k as f64) * i as f64).sin() + k as f64).collect();

@@ -259,7 +259,7 @@ mod tests {
     fn short_and_unlike_records_are_refused() {
         let arm = Pendulum::new();
         for (positions, currents, said) in
-            [(9, 9, "9 samples of 1 joints"), (200, 199, "a series of 199 samples beside one of 200")]
+            [(9, 9, "9 samples of 1 joints"), (200, 199, "a series of 199 samples and one of 200")]
         {
             let (q, current) = (vec![vec![0.0; positions]], vec![vec![0.0; currents]]);
             let short = [("v0".into(), Record { sample_time: 1e-3, q, current })];

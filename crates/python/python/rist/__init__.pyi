@@ -164,7 +164,7 @@ class Model:
         floating_base: bool = False,
         any_size: bool = False,
     ) -> Model:
-        """The same of a text; `name` ends in .yaml, .urdf or .par, which tells its format, and stands in messages.
+        """Reads a description from a text; `name` ends in .yaml, .urdf or .par, which is its format, and is used in messages.
 
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
@@ -202,8 +202,11 @@ class Model:
         """Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
         link about its frame (kg m^2, kg m, kg), IA where a joint has a rotor."""
     @property
+    def nominal_parameters(self) -> Numbers | None:
+        """Nominal base parameters, from the inertials of the description, (p,); None where it has none."""
+    @property
     def described_parameters(self) -> Numbers | None:
-        """The base parameters of the description's inertial parameters, (p,); None where it has none."""
+        """The former name of `nominal_parameters`."""
     @property
     def is_compiled(self) -> bool:
         """Whether the base regressor is compiled into this package; other robots are evaluated by tape."""
@@ -348,7 +351,7 @@ class Estimate:
     def to_dict(self) -> dict[str, Any]:
         """What estimate.yaml holds, as dicts, lists, texts and numbers."""
     def plot(self, log: Logs | None = None) -> Any:
-        """Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and what is left;
+        """Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and the residual;
         of an estimate of experiments its parameters. Axes of matplotlib, or a rist.Picture of the page where that is not there."""
     def _repr_html_(self) -> str: ...
     @property
@@ -497,7 +500,7 @@ class ExperimentPlan:
         as "yaml" or "json"."""
     def report(self, path: Path, date: str | None = None, model: Model | Path | None = None) -> None:
         """Writes one self-contained HTML page. With its model, or the path of its description, the limits of each experiment and the
-        worth of the plan are proved anew; without one the page tells what the file says."""
+        worth of the plan are proved anew; without one the page shows the statements of the file."""
 
 class ExcitingMotion:
     """One motion of all joints that makes the parameters visible, with the proof that it keeps its limits."""
@@ -536,15 +539,18 @@ class ExcitingMotion:
         """Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
         the page where that is not there."""
 
-class Passport:
+class LogCheck:
     """What logs and a description have to do with each other."""
 
     @property
     def findings(self) -> list[str]:
         """What is wrong, the worst first: a sentence each with what mends it."""
     @property
+    def not_checked(self) -> list[str]:
+        """Checks that were not possible, each with its reason."""
+    @property
     def untold(self) -> list[str]:
-        """What could not be looked at."""
+        """The former name of `not_checked`."""
     @property
     def is_gross(self) -> bool:
         """Whether a finding forbids to use an estimate from these logs."""
@@ -555,9 +561,9 @@ class Passport:
         of its motion, rad (m)."""
     @property
     def claims(self) -> list[str]:
-        """All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be told."""
+        """All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be determined."""
     def to_dict(self) -> dict[str, Any]:
-        """findings, untold, is_gross, joints and claims by their names."""
+        """findings, not_checked, is_gross, joints and claims by their names."""
     def plot(self) -> Any:
         """Draws the slope of each joint, which is 1 where log and description agree. Axes of matplotlib, or a rist.Picture where
         that is not there."""
@@ -756,7 +762,7 @@ def doctor(
     *,
     options: Path | Mapping[str, Any] | None = None,
     gain: Mapping[str, float] | None = None,
-) -> Passport:
+) -> LogCheck:
     """Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
 
     model and logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a

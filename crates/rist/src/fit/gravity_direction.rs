@@ -135,7 +135,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
 }
 
 impl Gravity {
-    /// The finding that the base is mounted with roll, pitch and yaw `rpy`, rad, and not as described.
+    /// The finding that the base is mounted with roll, pitch and yaw `rpy`, rad, and not as in the description.
     fn finding(&self, described: Vector3<f64>, rpy: [f64; 3]) -> Finding {
         let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
         let evidence = format!(

@@ -12,7 +12,7 @@ use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, g
 use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::motion_claims::{LowestPoint, MotionClaims};
-use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque};
+use experiments::excitation::proof::{CertificateRow, NominalTorque, EnclosedTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
@@ -92,7 +92,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
     let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
     let loaded = known.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
-    let torque = known.enclosure.as_ref().map(|torque| DescribedTorque {
+    let torque = known.enclosure.as_ref().map(|torque| NominalTorque {
         torque: torque as &dyn EnclosedTorque,
         friction: known.friction.clone(),
         share: artefact.effort_share,

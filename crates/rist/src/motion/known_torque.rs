@@ -1,7 +1,7 @@
 //! The torques for a proof and a search: from the description or an identification, with a possible payload.
 
 use experiments::excitation::limits::CoordinateLimits;
-use experiments::excitation::proof::{DescribedTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+use experiments::excitation::proof::{NominalTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
 use experiments::excitation::torque_barrier::TorqueBarrier;
 use linear_model::known_load::KnownLoad;
 
@@ -92,11 +92,11 @@ impl<'a> KnownTorque<'a> {
 
     /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
     /// limits.
-    pub(crate) fn nominal_enclosure(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
+    pub(crate) fn nominal_enclosure(&self, share: f64, limits: &[CoordinateLimits]) -> Option<NominalTorque<'_>> {
         limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
         let loaded = self.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
-        Some(DescribedTorque { torque, friction: self.friction.clone(), share, loaded })
+        Some(NominalTorque { torque, friction: self.friction.clone(), share, loaded })
     }
 
     /// The barrier that keeps the search away from the limits of the torque, with the possible payload, which mostly needs more

@@ -209,12 +209,12 @@ mod tests {
         // sqrt(0.03^2 - 0.02^2) = 0.0224
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
-        assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, which are unsure by 1.11 %"));
+        assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
         // Far worse and beyond the tolerance of a use: a contradiction where standard deviations do not explain it.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
-        assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("which are unsure by 2.90 %"));
+        assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
     }
 
@@ -270,8 +270,10 @@ mod tests {
         ] {
             let (_, standing, said) = of(0.12, 0.07, apart, of_the_fit);
             assert_eq!(standing, expected, "{apart}");
-            let sentence =
-                format!("parameters from all leave {} of the torque of b.csv that its own do not", percent(apart));
+            let sentence = format!(
+                "with parameters from all logs the residual of b.csv grows by {} of its torque",
+                percent(apart)
+            );
             assert_eq!(said.contains(&sentence), apart > 0.05, "{said}");
         }
     }

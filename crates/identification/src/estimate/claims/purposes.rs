@@ -70,10 +70,9 @@ pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> 
     if is_sure && !error.joints.iter().zip(joints).any(is_hidden) {
         return agrees(subject, 100.0 * error.relative, "%");
     }
-    let worst = error.worst().map_or(String::new(), |(name, share)| format!(", that of {name} by {}", percent(share)));
+    let worst = error.worst().map_or(String::new(), |(name, share)| format!(", at {name} {}", percent(share)));
     let near = error.within_seen.filter(|near| near.is_finite());
-    let near =
-        near.map_or(String::new(), |near| format!("; at positions within those of the log by {}", percent(near)));
+    let near = near.map_or(String::new(), |near| format!("; within the positions of the log {}", percent(near)));
     let why = match error.relative.is_finite() {
         true => format!("for {} the torque uncertainty is {}{worst}{near}", error.of.name(), percent(error.relative)),
         false => undetermined_sentence(error.of, &error.undetermined_joints()),

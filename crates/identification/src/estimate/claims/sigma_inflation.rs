@@ -122,7 +122,11 @@ mod tests {
         let rho = |c: &[Vec<f64>]| c[0][1] / (c[0][0] * c[1][1]).sqrt();
         assert!((wide.covariance[0][0] - 25e-4).abs() < 1e-15 && wide.covariance[0][1] == wide.covariance[1][0]);
         assert!((rho(&wide.covariance) - rho(&estimate().covariance)).abs() < 1e-12);
-        assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
+        assert!(
+            wide.remarks.len() == 1
+                && wide.remarks[0].contains("q1")
+                && wide.remarks[0].contains("sigma allows for it")
+        );
     }
 
     #[test]
