@@ -13,6 +13,7 @@ mod error;
 mod file_state;
 mod formats;
 mod integers;
+mod joined;
 mod log;
 mod packed;
 mod parallel_series;

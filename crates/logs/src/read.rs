@@ -2,7 +2,7 @@
 //!
 //! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; a data set of
 //! LeRobot; the messages of a ROS recording; and formats of other packages (`formats::registered`). The content determines the
-//! format, not the name. `-` is standard input. A text, a Parquet file on disk, and some formats of other packages are read some
+//! format, not the name. `-` is standard input, `a.csv+b.csv` one log in two files (`joined`). A text, a Parquet file on disk, and some formats of other packages are read some
 //! rows at a time; other files are read into memory as a whole, up to [`MAX_FILE_BYTES`]. A text ends at
 //! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so an infinite pipe or device is refused there.
 
@@ -19,6 +19,7 @@ use crate::formats::delimited::{TableReader, zstd};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
 use crate::formats::registered::LogReader;
+use crate::joined;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
 /// An opened file.
@@ -37,6 +38,9 @@ pub(crate) enum Opened<'a> {
 pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
     if path.as_os_str() == "-" {
         return of_source("standard input", Source::standard_input());
+    }
+    if let Some(files) = joined::files(path) {
+        return joined::read(path, &files).map(Opened::Whole);
     }
     opened::with(path, || open_file(path))
 }

@@ -2,6 +2,8 @@
 //!
 //! `columns` and `log` decide the meaning of a cell and the usable rows.
 
+use std::collections::BTreeMap;
+
 use gate::shown::{self, is_hidden};
 
 use crate::Error;
@@ -105,8 +107,21 @@ pub trait RowReader: Send {
     fn rows(&mut self, most: usize) -> Result<Table, Error>;
 }
 
-/// Escapes hidden characters in names, and refuses headers without column names, with too many, or with one twice; `line`: the
-/// line of the header.
+/// Numbers names that stand several times, all of them, so that none is taken by chance: `q_d #1`, `q_d #2`.
+fn number_repeated_names(header: &mut [String]) {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    header.iter().for_each(|name| *counts.entry(name.clone()).or_default() += 1);
+    counts.retain(|name, count| *count > 1 && !name.is_empty());
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for name in header.iter_mut().filter(|name| counts.contains_key(*name)) {
+        let number = seen.entry(name.clone()).or_default();
+        *number += 1;
+        *name = format!("{name} #{number}");
+    }
+}
+
+/// Escapes hidden characters in names, numbers repeated names, and refuses headers without column names or with too many; `line`:
+/// the line of the header.
 pub fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
     for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {
         *name = shown::line(name).into_owned();
@@ -118,10 +133,6 @@ pub fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<()
     if header.iter().all(|h| h.parse::<f64>().is_ok()) {
         return at("the first line holds numbers; a header with the names of the columns is expected".into());
     }
-    for (i, name) in header.iter().enumerate() {
-        if !name.is_empty() && header[..i].contains(name) {
-            return at(format!("two columns are named `{name}`; every column needs a name of its own"));
-        }
-    }
+    number_repeated_names(header);
     Ok(())
 }

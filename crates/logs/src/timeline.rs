@@ -91,6 +91,9 @@ impl Timeline {
 
     /// The clock of the file, s.
     fn clock(&mut self, table: &Table, columns: &Columns, row: usize) -> f64 {
+        if let Some(rate) = columns.rate {
+            return (table.skipped + row) as f64 / rate;
+        }
         let clock = columns.time.si(table.columns[columns.time.column][row]);
         let Some(fraction) = &columns.time_fraction else { return clock };
         // Nanoseconds since 1970 have more digits than an f64.
@@ -122,6 +125,35 @@ mod tests {
     use crate::columns::names::ColumnNames;
     use crate::{Error, Log, LogSource, Table};
     use std::fmt::Write as _;
+
+    /// Without a clock row r is at r / rate, from block to block too; rows that are left out count.
+    #[test]
+    fn a_rate_is_a_clock() {
+        let rows = |with_clock: bool| -> String {
+            let clock = |r: usize| if with_clock { format!("{},", r as f64 / 250.0) } else { String::new() };
+            let q = |r: usize| if r == 70 { "nan".into() } else { format!("{:.6}", (0.05 * r as f64).sin()) };
+            let head = if with_clock { "t,q1,tau1\n" } else { "q1,tau1\n" };
+            head.to_string() + &(0..200).map(|r| format!("{}{},{r}\n", clock(r), q(r))).collect::<String>()
+        };
+        let names = ColumnNames { rate: Some(250.0), ..ColumnNames::default() };
+        let expected = read(&rows(true), &ColumnNames::default()).unwrap();
+        let found = read(&rows(false), &names).unwrap();
+        assert_eq!((&found.t, &found.q), (&expected.t, &expected.q));
+        assert_eq!(found.t.len(), 199);
+        let path = std::env::temp_dir().join(format!("rist-rate-{}.csv", std::process::id()));
+        std::fs::write(&path, rows(false)).unwrap();
+        for held in [0, 1_000_000] {
+            let (opened, columns) = LogSource::open_within(&path, &["q1".into()], &names, held, 64).unwrap();
+            assert_eq!(opened.report().clock.duration, expected.t[198] - expected.t[0]);
+            assert!(columns.to_string().starts_with("time: 250 rows per second, as given\n"), "{columns}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        let message = |names: &ColumnNames| read(&rows(false), names).err().unwrap().to_string();
+        assert!(message(&ColumnNames::default()).contains("[rate=HZ]"), "{}", message(&ColumnNames::default()));
+        let clock = Some("q1".to_string());
+        assert!(message(&ColumnNames { time: clock, ..names.clone() }).contains("both given"));
+        assert!(message(&ColumnNames { rate: Some(f64::NAN), ..names }).contains("a positive number of Hz"));
+    }
 
     fn read(text: &str, names: &ColumnNames) -> Result<Log, Error> {
         let table = Table::from_bytes("log.csv", text.as_bytes())?;

@@ -34,6 +34,7 @@ use crate::work::{alone, work};
 /// - weights: What rows weigh [default: joint]
 /// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
 /// - order: Order of the Butterworth filter, 0 for none [default: 4]
+/// - rate: Rows per second, of a log without a clock
 /// - decimate: Keep every N-th filtered sample [default: by the cut-off]
 /// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
 ///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
@@ -60,7 +61,7 @@ impl Accumulator {
 #[pymethods]
 impl Accumulator {
     #[new]
-    #[pyo3(signature = (model, **options), text_signature = "(model, *, gain=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None)")]
+    #[pyo3(signature = (model, **options), text_signature = "(model, *, gain=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None)")]
     fn new(model: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
         let model = Model::of(model)?;
         let request: SumsRequest = Call::new("Accumulator", &[], options)?.request()?;

@@ -44,6 +44,7 @@ use crate::work::work;
 /// - weights: What rows weigh [default: joint]
 /// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
 /// - order: Order of the Butterworth filter, 0 for none [default: 4]
+/// - rate: Rows per second, of a log without a clock
 /// - decimate: Keep every N-th filtered sample [default: by the cut-off]
 /// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
 ///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
@@ -73,7 +74,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
@@ -317,8 +318,9 @@ pub fn _log_check(state: LogCheckState) -> LogCheck {
 /// - options: YAML with any option of an identification
 /// - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
 ///   as the file says]
+/// - rate: Rows per second, of a log without a clock
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None, rate=None)")]
 pub fn doctor(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

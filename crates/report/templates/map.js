@@ -6,7 +6,7 @@ const Maps = (() => {
   const share = (data, k, j, b) => (Plots.code(data.shares, (k * data.joints.length + j) * data.parts + b, 1) / 63) ** 2;
   const of = figure => {
     const data = JSON.parse(one(figure, "script").textContent);
-    const [map, readout, list, rows] = ["svg", ".readout", "select", ".rows"].map(name => one(figure, name));
+    const [map, label, list, rows] = ["svg", ".label", "select", ".rows"].map(name => one(figure, name));
     const cross = one(map, ".picked");
     const pick = k => {
       list.selectedIndex = k;
@@ -23,7 +23,7 @@ const Maps = (() => {
     };
     const show = event => {
       const [i, j] = under(event);
-      readout.textContent = `${data.names[i]} and ${data.names[j]}: ${rho(data, i, j).toFixed(3)}`;
+      label.textContent = `${data.names[i]} and ${data.names[j]}: ${rho(data, i, j).toFixed(3)}`;
     };
     listen(map, "pointermove", show);
     listen(map, "click", event => { show(event); pick(under(event)[0]); });

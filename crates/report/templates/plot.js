@@ -74,7 +74,7 @@ const Plots = (() => {
 
   // As many digits as the steps of the data have.
   const digits = (x, step) => x.toFixed(Math.max(0, Math.min(8, Math.ceil(-Math.log10(step || 1)))));
-  const readout = (curve, i) => {
+  const label = (curve, i) => {
     if (i < 0 || isNone(curve.low[i])) return "–";
     const [a, b] = [curve.low, curve.high].map(of => digits(of[i], curve.step));
     return a === b ? a : `${a} … ${b}`;
@@ -141,7 +141,7 @@ const Plots = (() => {
       this.clocks.forEach(clock => { clock.textContent = t === null ? "" : `${digits(t, 1e-3)} s`; });
       this.legends.forEach(button => {
         const curve = this.lines.curves[button.dataset.key];
-        button.lastElementChild.textContent = t === null || !curve ? "" : readout(curve, i);
+        button.lastElementChild.textContent = t === null || !curve ? "" : label(curve, i);
       });
       if (isOwn && t !== null) this.onShow(t);
     }
@@ -204,5 +204,5 @@ const Plots = (() => {
     const name = script.id.slice(5);
     return [name, new Time(read(JSON.parse(script.textContent)), every(document, `[data-time="${name}"]`))];
   }));
-  return { code, read, at, path, readout, all };
+  return { code, read, at, path, label, all };
 })();

@@ -143,7 +143,7 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
 /// Mistakes of columns, or zeros and mount that are not as described.
 fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_far = run.out.lines().any(is_far);
-    let is_finding = |line: &&str| line.contains(", with that undone ") || (is_far && line.starts_with("to hold them"));
+    let is_finding = |line: &&str| line.contains("; corrected: ") || (is_far && line.starts_with("to hold them"));
     run.out.lines().filter(is_finding).map(str::to_string).collect()
 }
 

@@ -253,3 +253,47 @@ fn a_chattering_drive_does_not_decide_the_cutoff() {
         assert!((p.value.unwrap() / truth - 1.0).abs() < 0.02, "{}: {:?} for {truth}", p.id, p.value);
     }
 }
+
+/// A log without a clock, its positions and torques in files of their own whose columns have the same names: with the rate, and
+/// the lines that `rist columns` proposes, it is the log. The rate is asked for, and the velocities say it.
+#[test]
+fn a_log_without_a_clock_in_two_files_is_the_log() {
+    let here = folder("clockless");
+    let (model, good) = ur5();
+    let table = |series: &[Vec<f64>]| {
+        let mut text = "Joint_1,Joint_2,Joint_3,Joint_4,Joint_5,Joint_6\n".to_string();
+        for r in 0..good.t.len() {
+            let row: Vec<String> = series.iter().map(|x| format!("{:?}", x[r])).collect();
+            writeln!(text, "{}", row.join(",")).unwrap();
+        }
+        text
+    };
+    for (name, series) in [("pos.csv", &good.q), ("vel.csv", &good.dq), ("tau.csv", &good.tau)] {
+        std::fs::write(here.join(name), table(series)).unwrap();
+    }
+    let path = std::path::PathBuf::from(
+        ["pos.csv", "vel.csv", "tau.csv"].map(|name| here.join(name).display().to_string()).join("+"),
+    );
+    let rate = 1.0 / (good.t[1] - good.t[0]);
+    let names = |rate: Option<f64>| -> Options {
+        let rate = rate.map_or(String::new(), |rate| format!("rate: {rate}, "));
+        let columns = r#"position: "pos.Joint_{}", velocity: "vel.Joint_{}", torque: "tau.Joint_{}""#;
+        Options::parse("o.yaml", &format!("columns: {{{rate}{columns}}}")).unwrap()
+    };
+    let refused = model.open_log(&path, &names(None).columns).err().unwrap().to_string();
+    assert!(refused.contains(&format!("agree with the velocities at {rate:.0} Hz")), "{refused}");
+    let proposed = rist::propose_columns(&model.robot, &path).unwrap().to_string();
+    for line in [r#"position: "pos.Joint_{}""#, r#"torque: "tau.Joint_{}""#, "say the rows per second"] {
+        assert!(proposed.contains(line), "{line}: {proposed}");
+    }
+    let options = names(Some(rate));
+    let (source, columns) = model.open_log(&path, &options.columns).unwrap();
+    assert!(columns.to_string().contains("rows per second, as given"), "{columns}");
+    let found = identified(&model, source, &options).estimate;
+    let whole = identified(&model, opened(&model, &good, "whole_clock"), &Options::default()).estimate;
+    for (found, whole) in found.parameters.iter().zip(&whole.parameters) {
+        // The clock of the file has six decimals, and that of the rate none: 1e-6 s of a period of 5 ms.
+        let (found, whole, sigma) = (found.value.unwrap(), whole.value.unwrap(), whole.sigma_or_infinity());
+        assert!((found - whole).abs() <= 0.05 * sigma, "{found} {whole} {sigma}");
+    }
+}

@@ -14,7 +14,7 @@ const WITHOUT_BROWSER: &str = "
     const lines = Plots.read(JSON.parse(html.split('id=\"time-log\">')[1].split('</script>')[0]));
     const numbers = path => path.split('M').slice(1).map(piece => piece.replace(/[zh].*/, '').split('L').map(p => p.split(' ').map(Number)));
     const answers = {
-        told: ({ keys, times }) => times.map(t => keys.map(key => Plots.told(lines.curves[key], Plots.at(lines, t)))),
+        told: ({ keys, times }) => times.map(t => keys.map(key => Plots.label(lines.curves[key], Plots.at(lines, t)))),
         steps: ({ keys }) => keys.map(key => lines.curves[key].step),
         drawn: ({ key, window }) => numbers(Plots.path(lines, key, window, (t, v) => [1e6 * t, 1e6 * v])),
         thinned: ({ line, window }) => numbers(Plots.path({ ...line, curves: { a: { low: line.low.map(Number), high: line.high.map(Number) } } }, 'a', window, (t, v) => [1e6 * t, 1e6 * v])),

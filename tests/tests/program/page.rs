@@ -160,7 +160,7 @@ fn a_motion_is_drawn_within_its_limits() {
         assert!(page.contains(part), "{part}");
     }
     let motion: serde_json::Value = serde_yaml::from_str(&text("motion.yaml")).unwrap();
-    let mut rest = page.split("What it makes visible").nth(1).unwrap();
+    let mut rest = page.split("Predicted accuracy").nth(1).unwrap();
     for parameter in motion["parameters"].as_array().unwrap() {
         let name = format!("<code>{}</code>", parameter["name"].as_str().unwrap());
         rest = rest.split_once(&name).unwrap_or_else(|| panic!("{name} is missing, or not in the order of the file")).1;
@@ -225,7 +225,7 @@ fn two_estimates_are_compared() {
     // The viscous friction of both joints moved, by a tenth; it stands first.
     let first: Vec<&str> = table.split("<code>").skip(1).take(2).map(|row| row.split('<').next().unwrap()).collect();
     assert!(first.contains(&"FV1") && first.contains(&"FV2"), "{first:?}");
-    assert!(page.contains("Two estimates compared") && page.contains("Beside b.yaml"));
+    assert!(page.contains("Two estimates compared") && page.contains("Comparison with b.yaml"));
     let edited = std::fs::read_to_string(here.join("b.yaml")).unwrap().replacen("fingerprint: ", "fingerprint: 0", 1);
     std::fs::write(here.join("c.yaml"), edited).unwrap();
     rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]).failed(2, &["do not mean the same"]);

@@ -167,9 +167,9 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     let first = |cell: &str| cell.split([',', ' ']).next().unwrap_or_default().to_string();
     holds(format!("we simulated {} situations", all[1]));
     holds(format!("The verdict was \"yes\" {} times", first(&all[2])));
-    let wrong = format!("{} predict the torques of another motion more than 5 % wrong", first(&all[3]));
-    holds(format!("{wrong} ({} in the units of the log)", first(&all[4])));
-    holds(format!("and {} have a parameter beyond five sigma", first(&all[5])));
+    holds(format!("In {} of these, predicted torques of another motion are wrong by more than 5 %", first(&all[3])));
+    holds(format!("in {} of them also in the units of the log", first(&all[4])));
+    holds(format!("In {}, a parameter is wrong by more than five sigma", first(&all[5])));
     let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
     holds(format!("{} of the 95 % intervals contain the true value", held[1]));
     // Measured robots: the least and the greatest error of the rows that the picture shows.

@@ -73,7 +73,7 @@ fn text(accuracy: &PredictedAccuracy) -> String {
     let seen = accuracy.parameters.iter().filter(|p| p.deviation.is_some()).count();
     let weak = accuracy.parameters.iter().filter(|p| p.deviation.is_some() && p.remark().is_some()).count();
     let weak = if weak == 0 { "none of them weak".to_string() } else { format!("{weak} of them weak") };
-    text + &format!("\ntold: {seen} of {all} parameters, {weak}\n")
+    text + &format!("\nidentifiable: {seen} of {all} parameters, {weak}\n")
 }
 
 fn value(accuracy: &PredictedAccuracy) -> Result<Value, serde_json::Error> {

@@ -96,8 +96,7 @@ pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> 
 /// The parameters that a motion identifies: the standard deviation with two digits, and the nominal value with as many decimals.
 pub fn parameters_text(parameters: &[VisibleParameter]) -> String {
     let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
-    let mut text =
-        format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "described", "deviation", "relative");
+    let mut text = format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "nominal", "sigma", "relative");
     for p in parameters {
         // Decimals up to the second digit of the standard deviation.
         let decimals = |deviation: f64| (1.0 - deviation.abs().log10().floor()).clamp(0.0, 9.0) as usize;

@@ -8,7 +8,7 @@ use numerics::interruption::Interruption;
 use crate::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::{Motion, scaled};
-use crate::excitation::proof::{CertificateRow, NominalTorque, LimitProof, prove_motion, prove_torque};
+use crate::excitation::proof::{CertificateRow, LimitProof, NominalTorque, prove_motion, prove_torque};
 use crate::excitation::sampled_drives::sampled_excess;
 use crate::excitation::trajectory::Trajectory;
 

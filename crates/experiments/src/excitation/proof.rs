@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::excitation::enclosed_drives::{DriveEnclosure, drives_on, dry, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-pub use crate::excitation::nominal_torque::{NominalTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+pub use crate::excitation::nominal_torque::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
 /// Whether a limit is kept.

@@ -261,7 +261,7 @@ pub fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
             Trial::Tried { quantity, before, after } => {
-                format!("{fault} ({quantity} {before}, with that undone {after})")
+                format!("{fault} ({quantity} {before}; corrected: {after})")
             }
             Trial::NotTried { .. } => fault.clone(),
         },
@@ -353,7 +353,7 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
         _ if evidence.estimate.options.is_none() => "[:report] draws it, [:feedforward] tries it",
         Some(Trust::No) => "[:generate] for code",
         Some(_) => "[:write_urdf] or [:write_mjcf] for simulators, [:generate] for code",
-        None => "[:generate] for code; [consistent] says whether a simulator may have its bodies",
+        None => "[:generate] for code; [consistent] for bodies that a simulator takes",
     };
     format!("use it ({steps})")
 }

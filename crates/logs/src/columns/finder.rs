@@ -8,6 +8,7 @@ use crate::cleaning::undriven::NoTorqueReason;
 use crate::columns::clocks;
 use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::prefixes::prefixes;
+use crate::columns::row_rate::rows_per_second;
 use crate::columns::source::{ColumnSource, NO_COLUMN};
 use crate::columns::units::{GivenUnit, given_unit};
 use crate::columns::words::{Designator, Quantity, Reading, readings, units};
@@ -40,7 +41,11 @@ impl<'a> Finder<'a> {
         let header = self.table.header.join(", ");
         let line = usize::from(!self.table.lines.is_empty());
         let notes: String = self.table.notes.iter().map(|note| format!("; {note}")).collect();
-        let message = format!("{}; the columns are: {}{}", message.into(), clipped(&header), clipped(&notes));
+        let repeated = match self.table.header.iter().any(|name| name.ends_with(" #1")) {
+            true => " (repeated names are numbered)",
+            false => "",
+        };
+        let message = format!("{}; the columns are{repeated}: {}{}", message.into(), clipped(&header), clipped(&notes));
         Error::at(&self.table.file, line, message)
     }
 
@@ -63,8 +68,14 @@ impl<'a> Finder<'a> {
         let time = self.clock_if_any()?;
         match time.header == NO_COLUMN {
             true => {
-                let message = "no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected; another \
-                               name goes into [options.columns.time], as `[:columns]` proposes it";
+                let rate = rows_per_second(self.table, &self.readings).map_or(String::new(), |rate| {
+                    format!(" (the derivatives of the positions agree with the velocities at {rate})")
+                });
+                let message = format!(
+                    "no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected; another name goes \
+                     into [options.columns.time], as `[:columns]` proposes it; of a log without a clock say the rows per second, \
+                     [rate=HZ]{rate}"
+                );
                 Err(self.error(message))
             }
             false => Ok(time),
@@ -78,8 +89,13 @@ impl<'a> Finder<'a> {
         }
         match clocks::pairs(self.table).first() {
             Some((seconds, _)) => self.source(Time, *seconds, ("s", 1.0)),
-            None => Ok(ColumnSource { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }),
+            None => Ok(self.without_clock()),
         }
+    }
+
+    /// Stands for the clock of a file that has none.
+    pub(crate) fn without_clock(&self) -> ColumnSource {
+        ColumnSource { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }
     }
 
     /// The column of the fractions of a second that belongs to a column of seconds.

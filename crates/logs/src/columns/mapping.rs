@@ -30,6 +30,8 @@ pub struct Columns {
     pub coordinates: Vec<String>,
     /// The column of the clock.
     pub time: ColumnSource,
+    /// Rows per second, Hz, where the user gives them in place of a clock.
+    pub rate: Option<f64>,
     /// The column that is added to it: the nanoseconds of a clock of two columns.
     pub time_fraction: Option<ColumnSource>,
     /// The column of the episode number, where a file has several episodes.
@@ -107,13 +109,16 @@ impl Columns {
         let finder = Finder::new(table, coordinates, names)?;
         let undriven = names.undriven(coordinates).map_err(Error::new)?;
         let mut time = match &names.time {
+            _ if names.rate.is_some() => finder.without_clock(),
             Some(name) => finder.named(Time, name)?,
             None if needed.time => finder.clock()?,
             None => finder.clock_if_any()?,
         };
+        check_rate(names)?;
         let time_fraction = finder.fraction_of(&time);
         let episode = finder.episode(names.episode.as_deref())?;
         if time.unit == "s"
+            && time.header != NO_COLUMN
             && names.units.time.is_none()
             && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
         {
@@ -124,6 +129,10 @@ impl Columns {
             None => finder.group(quantity, coordinates.len()),
         };
         let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
+        if time.header == NO_COLUMN {
+            // A column that is read in any case.
+            time.column = position.first().map_or(0, |source| source.column);
+        }
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
         let effort =
@@ -153,6 +162,7 @@ impl Columns {
         let mut columns = Columns {
             coordinates: coordinates.to_vec(),
             time,
+            rate: names.rate,
             time_fraction,
             episode,
             position,
@@ -185,7 +195,8 @@ impl Columns {
 
     /// Indices of the used columns in the table.
     pub(crate) fn places(&self) -> Vec<usize> {
-        self.sources().chain(&self.time_fraction).chain(&self.episode).map(|source| source.column).collect()
+        let optional = self.time_fraction.iter().chain(&self.episode);
+        self.sources().chain(optional).filter(|s| s.header != NO_COLUMN).map(|source| source.column).collect()
     }
 
     /// The columns of all series, time first.
@@ -198,10 +209,11 @@ impl Columns {
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Every choice is one line, so that a wrong column is noticed.
-        match &self.time_fraction {
+        match (&self.time_fraction, self.rate) {
+            (_, Some(rate)) => writeln!(f, "time: {rate} rows per second, as given")?,
             _ if self.clock().is_none() => writeln!(f, "time: not in the file, each row is a posture")?,
-            Some(fraction) => writeln!(f, "time: {} and {fraction}", self.time)?,
-            None => writeln!(f, "time: {}", self.time)?,
+            (Some(fraction), _) => writeln!(f, "time: {} and {fraction}", self.time)?,
+            (None, _) => writeln!(f, "time: {}", self.time)?,
         }
         if let Some(episode) = &self.episode {
             writeln!(f, "episodes: {}", episode.header)?;
@@ -246,6 +258,19 @@ impl fmt::Display for Columns {
             writeln!(f, "note: {note}")?;
         }
         Ok(())
+    }
+}
+
+/// Refuses a rate that is no frequency, or stands next to a clock.
+fn check_rate(names: &ColumnNames) -> Result<(), Error> {
+    match names.rate {
+        Some(rate) if !(rate.is_finite() && rate > 0.0) => Err(Error::new(format!(
+            "[options.columns.rate]: rows per second, a positive number of Hz, are expected, found {rate}"
+        ))),
+        Some(_) if names.time.is_some() => {
+            Err(Error::new("[options.columns.rate] and [options.columns.time] are both given: keep one of them"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -6,6 +6,8 @@ pub(crate) mod mapping;
 pub(crate) mod names;
 pub(crate) mod prefixes;
 pub(crate) mod proposal;
+pub(crate) mod relations;
+pub(crate) mod row_rate;
 pub(crate) mod source;
 pub(crate) mod units;
 pub(crate) mod words;

@@ -12,6 +12,9 @@ use crate::columns::units::UnitNames;
 pub struct ColumnNames {
     /// Header of the time.
     pub time: Option<String>,
+    /// Rows per second, Hz, of a log without a clock: row r is at r / rate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
     /// Header of the column with the episode number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub episode: Option<String>,

@@ -12,8 +12,9 @@ use crate::cleaning::turns::extremes;
 use crate::columns::clocks;
 use crate::columns::mapping::Columns;
 use crate::columns::names::{ColumnNames, NamePattern};
+use crate::columns::relations::{Relations, relations};
 use crate::columns::units::given_unit;
-use crate::columns::words::Quantity;
+use crate::columns::words::{Quantity, with_underscores};
 use crate::table::Table;
 
 /// A line of the proposal.
@@ -42,10 +43,89 @@ pub struct Proposal {
 
 /// Words of measured quantities in headers in several languages, the most likely first.
 const WORDS: [(Quantity, &[&str]); 4] = [
-    (Quantity::Position, &["position", "pos", "angle", "winkel", "state", "ist", "actual", "theta", "q", "axisact"]),
-    (Quantity::Velocity, &["velocity", "vel", "speed", "geschwindigkeit", "omega", "dq", "qd"]),
-    (Quantity::Torque, &["torque", "effort", "moment", "drehmoment", "tau", "trq", "load", "force", "kraft"]),
-    (Quantity::Current, &["current", "strom", "amp", "curr"]),
+    (
+        Quantity::Position,
+        &[
+            "position",
+            "positions",
+            "pos",
+            "angle",
+            "angles",
+            "winkel",
+            "posicion",
+            "posición",
+            "angulo",
+            "ángulo",
+            "位置",
+            "角度",
+            "关节位置",
+            "关节角度",
+            "関節位置",
+            "関節角度",
+            "state",
+            "ist",
+            "actual",
+            "theta",
+            "q",
+            "qpos",
+            "jp",
+            "axisact",
+            "enc",
+            "encoder",
+            "th",
+            "mp",
+        ],
+    ),
+    (
+        Quantity::Velocity,
+        &[
+            "velocity",
+            "velocities",
+            "vel",
+            "speed",
+            "geschwindigkeit",
+            "velocidad",
+            "速度",
+            "角速度",
+            "关节速度",
+            "関節速度",
+            "omega",
+            "dq",
+            "qd",
+            "qvel",
+            "jv",
+        ],
+    ),
+    (
+        Quantity::Torque,
+        &[
+            "torque",
+            "torques",
+            "effort",
+            "efforts",
+            "eff",
+            "moment",
+            "momente",
+            "drehmoment",
+            "par",
+            "力矩",
+            "扭矩",
+            "关节力矩",
+            "トルク",
+            "関節トルク",
+            "tau",
+            "trq",
+            "torq",
+            "tm",
+            "mt",
+            "jf",
+            "load",
+            "force",
+            "kraft",
+            "u",
+        ],
+    ),
+    (Quantity::Current, &["current", "currents", "strom", "corriente", "电流", "電流", "amp", "curr"]),
 ];
 /// Words, separated by blanks, of signals that are not measured, or of other quantities.
 const OTHERS: &str = "command commanded cmd target desired des ref reference soll setpoint goal external ext error \
@@ -75,16 +155,26 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     }
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
-    let clock = clock(table, &mut proposal, &mut names);
     let patterns = patterns(table, coordinates);
+    let clock = clock(table, &patterns, &mut proposal, &mut names);
     for (quantity, words) in WORDS {
-        // A log has torques or currents, not both.
-        if quantity == Quantity::Current && names.torque.is_some() {
+        // A log has torques or currents, not both; columns that were found by their values have no words.
+        let is_found = match quantity {
+            Quantity::Velocity => names.velocity.is_some(),
+            Quantity::Torque | Quantity::Current => names.torque.is_some(),
+            _ => false,
+        };
+        if is_found {
             continue;
         }
         let score = |pattern: &str| score(pattern, words);
         let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
         let Some((pattern, columns)) = best else {
+            if quantity == Quantity::Position
+                && by_values((table, coordinates), clock, &patterns, &mut proposal, &mut names)
+            {
+                continue;
+            }
             if matches!(quantity, Quantity::Position) {
                 proposal.missing.push("no columns, one per joint, are named like positions".into());
             }
@@ -147,6 +237,46 @@ fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]
             (NamePattern::Each(headers), format!("[{}]", each.join(", ")))
         }
     }
+}
+
+/// Words of a joint, without a quantity.
+const JOINT_WORDS: &str = "j a axis axes joint joints achse gelenk eje articulacion 关节 軸 関節";
+
+/// Proposes columns that no word tells: positions by the velocities that are their derivatives, or by names of joints alone. Whether
+/// it found positions.
+fn by_values(
+    (table, coordinates): (&Table, &[String]),
+    clock: Option<(usize, f64)>,
+    patterns: &[(String, Vec<usize>)],
+    proposal: &mut Proposal,
+    names: &mut ColumnNames,
+) -> bool {
+    let is_joint = |pattern: &str| {
+        let own = words(&pattern.replace("{joint}", " "));
+        !own.is_empty() && own.iter().all(|word| JOINT_WORDS.split_whitespace().any(|joint| joint == word))
+    };
+    if let Some((pattern, columns)) = patterns.iter().find(|(pattern, _)| is_joint(pattern)) {
+        let (given, value) = given(table, coordinates, pattern, columns);
+        let reason = "named by the joints alone: positions, unless you know better".into();
+        proposal.columns.push(Proposed { key: "position", value, reason });
+        names.position = Some(given);
+        return true;
+    }
+    let Some(found) = clock.and_then(|clock| relations(table, clock, coordinates.len())) else { return false };
+    let Relations { positions, velocities, others } = found;
+    let mut propose = |quantity: Quantity, columns: &[usize], reason: &str| {
+        let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
+        let quoted: Vec<String> = headers.iter().map(|header| quoted(header)).collect();
+        let value = format!("[{}]", quoted.join(", "));
+        proposal.columns.push(Proposed { key: key(quantity), value, reason: reason.into() });
+        *names_of(names, quantity) = Some(NamePattern::Each(headers));
+    };
+    propose(Quantity::Position, &positions, "other columns are their derivatives");
+    propose(Quantity::Velocity, &velocities, "the derivatives of the positions");
+    if let Some(others) = others {
+        propose(Quantity::Torque, &others, "the other columns, one per joint: torques, unless you know better");
+    }
+    true
 }
 
 /// Proposes the goals of position servos, where there are neither torques nor currents.
@@ -228,8 +358,11 @@ fn set_unit(names: &mut ColumnNames, quantity: Quantity, unit: String) {
 
 /// The words of a header, in lower case.
 fn words(header: &str) -> Vec<String> {
-    let lower = header.to_lowercase();
-    lower.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty()).map(str::to_string).collect()
+    let lower = [header.to_lowercase(), with_underscores(header)];
+    let of = |text: &String| -> Vec<String> {
+        text.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty()).map(str::to_string).collect()
+    };
+    lower.iter().flat_map(of).collect()
 }
 
 /// A score of a pattern for some words, the least is the best; `None`: no match.
@@ -290,7 +423,12 @@ fn digits(header: &str) -> Vec<(usize, usize, usize)> {
 }
 
 /// The clock: its column and its factor to s.
-fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Option<(usize, f64)> {
+fn clock(
+    table: &Table,
+    patterns: &[(String, Vec<usize>)],
+    proposal: &mut Proposal,
+    names: &mut ColumnNames,
+) -> Option<(usize, f64)> {
     // A clock restarts with each episode; there are few episodes.
     let rises = |column: &&usize| {
         let x = &table.columns[**column];
@@ -309,9 +447,14 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
     }
     // Of several clocks the finest: a column of whole seconds increases in few rows.
     let fineness = |column: &usize| table.columns[*column].windows(2).filter(|w| w[1] > w[0]).count();
+    // A column with one like it for each joint is a signal that happens to rise; `c1` is the name of any column without a header.
+    let of_joints = patterns.iter().filter(|(pattern, columns)| pattern != "c{}" && columns.len() > 1);
+    let of_joints: Vec<usize> = of_joints.flat_map(|(_, columns)| columns.iter().copied()).collect();
     let rising = (0..table.header.len()).filter(|column| rises(&column));
+    let rising = rising.filter(|column| is_named(column) || !of_joints.contains(column));
     let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
-        proposal.missing.push("no column counts up as a clock does".into());
+        let what = "no column counts up as a clock does: say the rows per second, [rate=HZ]";
+        proposal.missing.push(what.into());
         return None;
     };
     let x = &table.columns[column];

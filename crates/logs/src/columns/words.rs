@@ -4,6 +4,8 @@
 //! stems are the words of drivers and tools for measured quantities. Set points (`target_`, `_ref`, `_des`) are not among them
 //! and are used only when the user names them.
 
+use std::sync::LazyLock;
+
 use crate::Error;
 use crate::table::Table;
 
@@ -31,8 +33,6 @@ use Quantity::*;
 /// A unit in headers, and its factor to SI.
 pub(crate) type Unit = (&'static str, f64);
 
-type QuantityWords = (Quantity, &'static str, &'static [Unit]);
-
 /// Units of positions.
 const POSITION_UNITS: &[Unit] = &[
     ("rad", 1.0),
@@ -45,19 +45,13 @@ const POSITION_UNITS: &[Unit] = &[
     ("mm", 1e-3),
 ];
 
-/// Stems, separated by blanks, then units with the factor to SI. The first unit is the default.
-const QUANTITY_WORDS: [QuantityWords; 7] = [
-    (
-        Time,
-        "t time timestamp stamp clock timestamps times sec secs seconds zeit",
-        &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
-    ),
-    (Position, "q pos position positions angle actual_q joint_position joint_pos joint_angle qm theta", POSITION_UNITS),
-    // A set point is used only where the user names it, so it has no stems.
-    (Goal, "", POSITION_UNITS),
+/// Units of the quantities, with the factor to SI. The first unit is the default.
+const UNITS: [(Quantity, &[Unit]); 7] = [
+    (Time, &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),
+    (Position, POSITION_UNITS),
+    (Goal, POSITION_UNITS),
     (
         Velocity,
-        "dq qd v vel velocity velocities qdot q_dot actual_qd joint_velocity joint_vel dqm speed",
         &[
             ("rad_s", 1.0),
             ("radps", 1.0),
@@ -74,7 +68,6 @@ const QUANTITY_WORDS: [QuantityWords; 7] = [
     ),
     (
         Acceleration,
-        "ddq qdd a acc acceleration accelerations qddot q_ddot actual_qdd",
         &[
             ("rad_s2", 1.0),
             ("radps2", 1.0),
@@ -87,7 +80,6 @@ const QUANTITY_WORDS: [QuantityWords; 7] = [
     ),
     (
         Torque,
-        "tau torque torques effort efforts trq joint_torque joint_effort actual_torque taum tauj",
         &[
             ("nm", 1.0),
             ("n_m", 1.0),
@@ -105,16 +97,30 @@ const QUANTITY_WORDS: [QuantityWords; 7] = [
             ("percent", 1.0),
         ],
     ),
-    (
-        Current,
-        "i current currents cur actual_current motor_current joint_current iq",
-        &[("a", 1.0), ("ma", 1e-3), ("permille", 1.0), ("percent", 1.0)],
-    ),
+    (Current, &[("a", 1.0), ("ma", 1e-3), ("permille", 1.0), ("percent", 1.0)]),
 ];
+
+/// The words of `header_words.txt`, in its order. A set point has none: it is used only where the user names it.
+static WORDS: LazyLock<Vec<(Quantity, &str)>> = LazyLock::new(|| {
+    let of = |line: &'static str| {
+        let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
+        let quantity = match words.next() {
+            Some("time") => Time,
+            Some("position") => Position,
+            Some("velocity") => Velocity,
+            Some("acceleration") => Acceleration,
+            Some("torque") => Torque,
+            Some("current") => Current,
+            _ => return Vec::new(),
+        };
+        words.map(|word| (quantity, word)).collect()
+    };
+    include_str!("header_words.txt").lines().flat_map(of).collect()
+});
 
 /// The units of a quantity, the default first.
 pub(crate) fn units(quantity: Quantity) -> &'static [Unit] {
-    QUANTITY_WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
+    UNITS.iter().find(|of| of.0 == quantity).map_or(&[], |of| of.1)
 }
 
 /// The usual notation of a unit in headers.
@@ -186,6 +192,9 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
         if readings.is_empty() {
             readings = parse(&unqualified(&header_lower), &lower);
         }
+        if readings.is_empty() {
+            readings = parse(&unqualified(&with_underscores(header)), &lower);
+        }
         for (quantity, joint, unit) in readings {
             let joint = match joint {
                 Designator::Number(i) => names.iter().find(|n| n.0 == i).map_or(joint, |n| Designator::Coordinate(n.1)),
@@ -211,7 +220,7 @@ const QUALIFIER_WORDS: &str = "actual act meas measured msr real present sensor 
 
 /// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
 fn unqualified(header: &str) -> String {
-    let mut header = header.trim_start_matches(['%', '#', '/', '_', ' ']).to_string();
+    let mut header = header.trim_start_matches(['%', '#', '/', '_', '-', ' ']).to_string();
     for word in QUALIFIER_WORDS.split_whitespace() {
         if let Some(at) = header.find(word) {
             let (before, after) = (&header[..at], &header[at + word.len()..]);
@@ -225,6 +234,18 @@ fn unqualified(header: &str) -> String {
         }
     }
     header
+}
+
+/// `jointPosition1` as `joint_position1`: a capital after a small letter begins a word.
+pub(crate) fn with_underscores(header: &str) -> String {
+    let mut words = String::new();
+    for c in header.chars() {
+        if c.is_uppercase() && words.ends_with(char::is_lowercase) {
+            words.push('_');
+        }
+        words.extend(c.to_lowercase());
+    }
+    words
 }
 
 /// Joint numbers and their coordinates, as (number, coordinate), from columns `name0`, `name1`, .. (`field.name0`) with the names
@@ -249,9 +270,9 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     let header = plain(header);
     let header = header.trim_matches('_');
     let mut out = Vec::new();
-    for (quantity, stems, units) in QUANTITY_WORDS {
+    for (quantity, units) in UNITS {
         for (rest, unit) in without_unit(header, units) {
-            for stem in stems.split_whitespace() {
+            for (_, stem) in WORDS.iter().filter(|word| word.0 == quantity) {
                 if let Some(joint) = joint_next_to(rest, stem, quantity, units, coordinates) {
                     out.push((quantity, joint.0, joint.1.unwrap_or(unit)));
                 }
@@ -309,4 +330,59 @@ fn joint_next_to(
     }
     let before = rest.strip_suffix(stem).and_then(|b| b.strip_suffix(separators))?;
     joint(before).map(|j| (j, None))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(header: &str) -> Option<(Quantity, Designator)> {
+        let table = Table { header: vec![header.into()], texts: vec![None], ..Table::default() };
+        readings(&table, &["elbow".into(), "wrist".into()]).unwrap().first().map(|r| (r.quantity, r.joint))
+    }
+
+    /// Names of drivers and data sets (header_words.txt); what may mean two things, and what is commanded, is not read.
+    #[test]
+    fn names_of_drivers_are_read() {
+        let first = Designator::Number(1);
+        for (header, quantity) in [
+            ("joint_positions_1", Position),
+            ("jointPositions1", Position),
+            ("JointPosition1", Position),
+            ("measuredJointPosition_1", Position),
+            ("qpos_1", Position),
+            ("angles_1", Position),
+            ("measured_jp_1", Position),
+            ("msr_jp_1", Position),
+            ("joint_velocities_1", Velocity),
+            ("measured_jv_1", Velocity),
+            ("joint_torques_1", Torque),
+            ("JointTorque1", Torque),
+            ("joint_eff_1", Torque),
+            ("torq_1", Torque),
+            ("measured_jf_1", Torque),
+            ("j1_eff", Torque),
+        ] {
+            assert_eq!(found(header), Some((quantity, first)), "{header}");
+        }
+        assert_eq!(found("elbowPosition"), Some((Position, Designator::Coordinate(0))));
+        for header in ["u1", "J1", "joint1", "enc1", "qelbow", "target_q_1", "joint_positions_desired_1"] {
+            assert_eq!(found(header), None, "{header}");
+        }
+    }
+
+    #[test]
+    fn every_line_of_the_table_has_a_quantity_and_a_source() {
+        let lines = include_str!("header_words.txt").lines().filter(|line| !line.starts_with('#'));
+        for line in lines {
+            let (words, source) = line.split_once('#').unwrap_or_else(|| panic!("no source: {line}"));
+            assert!(words.split_whitespace().count() > 1 && !source.trim().is_empty(), "{line}");
+        }
+        assert!(
+            WORDS.len() > 60
+                && [Time, Position, Velocity, Acceleration, Torque, Current]
+                    .iter()
+                    .all(|q| WORDS.iter().any(|w| w.0 == *q))
+        );
+    }
 }

@@ -581,6 +581,7 @@ class Accumulator:
         weights: Literal["none", "joint", "huber", "bisquare"] | None = None,
         cutoff: float | None = None,
         order: int | None = None,
+        rate: float | None = None,
         decimate: int | None = None,
         delay: float | Literal["auto"] | None = None,
         options: Path | Mapping[str, Any] | None = None,
@@ -603,6 +604,7 @@ class Accumulator:
         - weights: What rows weigh [default: joint]
         - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
         - order: Order of the Butterworth filter, 0 for none [default: 4]
+        - rate: Rows per second, of a log without a clock
         - decimate: Keep every N-th filtered sample [default: by the cut-off]
         - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
           auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
@@ -674,6 +676,7 @@ def identify(
     weights: Literal["none", "joint", "huber", "bisquare"] | None = None,
     cutoff: float | None = None,
     order: int | None = None,
+    rate: float | None = None,
     decimate: int | None = None,
     delay: float | Literal["auto"] | None = None,
     options: Path | Mapping[str, Any] | None = None,
@@ -712,6 +715,7 @@ def identify(
     - weights: What rows weigh [default: joint]
     - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
     - order: Order of the Butterworth filter, 0 for none [default: 4]
+    - rate: Rows per second, of a log without a clock
     - decimate: Keep every N-th filtered sample [default: by the cut-off]
     - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
       auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
@@ -762,6 +766,7 @@ def doctor(
     *,
     options: Path | Mapping[str, Any] | None = None,
     gain: Mapping[str, float] | None = None,
+    rate: float | None = None,
 ) -> LogCheck:
     """Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
 
@@ -771,7 +776,8 @@ def doctor(
     Options:
     - options: YAML with any option of an identification
     - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
-      as the file says]"""
+      as the file says]
+    - rate: Rows per second, of a log without a clock"""
 def plan(
     model: Model | Path,
     *,

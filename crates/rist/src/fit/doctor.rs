@@ -60,6 +60,7 @@ impl DoctorRequest {
     /// Fails where a gain names an unknown coordinate.
     pub fn options(&self, model: &Model) -> Result<Options, Error> {
         let mut options = self.options.clone().unwrap_or_default();
+        options.columns.rate = self.rate.or(options.columns.rate);
         if !self.gain.is_empty() {
             let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
             model.give_gains(&mut all, &self.gain)?;

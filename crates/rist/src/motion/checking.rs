@@ -12,7 +12,7 @@ use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, g
 use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::motion_claims::{LowestPoint, MotionClaims};
-use experiments::excitation::proof::{CertificateRow, NominalTorque, EnclosedTorque};
+use experiments::excitation::proof::{CertificateRow, EnclosedTorque, NominalTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 
 use crate::describe::adapters::surroundings::RobotSurroundings;

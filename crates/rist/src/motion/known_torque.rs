@@ -1,7 +1,7 @@
 //! The torques for a proof and a search: from the description or an identification, with a possible payload.
 
 use experiments::excitation::limits::CoordinateLimits;
-use experiments::excitation::proof::{NominalTorque, EnclosedTorque, IdentifiedTorque, NominalFriction};
+use experiments::excitation::proof::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};
 use experiments::excitation::torque_barrier::TorqueBarrier;
 use linear_model::known_load::KnownLoad;
 

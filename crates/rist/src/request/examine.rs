@@ -17,6 +17,8 @@ request! {
         options: Option<Options> = None, value_name("FILE");
         /// Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default: as the file says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
+        /// Rows per second, of a log without a clock.
+        rate: Option<f64> = None, range(Range::Positive), value_name("HZ");
     }
 }
 

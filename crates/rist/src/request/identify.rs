@@ -39,6 +39,8 @@ request! {
         cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
         /// Order of the Butterworth filter, 0 for none [default: Signal::order].
         order: Option<usize> = None, default_from(Options::default().signal.order), heading(SIGNALS);
+        /// Rows per second, of a log without a clock.
+        rate: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
         /// Keep every N-th filtered sample [default: by the cut-off].
         decimate: Option<usize> = None, range(1..), value_name("N"), heading(SIGNALS);
         /// Seconds by which the torques lag the positions, negative where they come before [default: Signal::delay]; or auto:
@@ -157,8 +159,9 @@ impl SignalRequest {
         signal.cutoff = self.cutoff.or(signal.cutoff);
         signal.order = self.order.unwrap_or(signal.order);
         signal.decimate = self.decimate.or(signal.decimate);
+        options.columns.rate = self.rate.or(options.columns.rate);
         if let Some(Delay::Seconds(seconds)) = self.delay {
-            signal.delay = seconds;
+            options.signal.delay = seconds;
         }
         options
     }

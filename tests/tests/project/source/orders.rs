@@ -108,6 +108,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "log",
             "integers",
             "packed",
+            "joined",
             "read",
             "postures",
             "ahead",

@@ -131,7 +131,7 @@ pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> St
 /// A fault with the errors of cross-validation without it and with it.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
-        format!("{fault} (held-out error, joints alike, {}, with that undone {})", percent(without), percent(with))
+        format!("{fault} (held-out error, joints alike, {}; corrected: {})", percent(without), percent(with))
     })
 }
 

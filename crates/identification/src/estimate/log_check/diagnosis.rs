@@ -141,7 +141,10 @@ impl DiagnosisInput<'_> {
         let all_signs = meaningful.len() >= 2 && 4 * negative >= 3 * meaningful.len();
         let scale = self.common_scale(&meaningful);
         let text = |p: &Partial| if p.share() > COUNTED_SLOPE_SHARE { significant(p.slope()) } else { "-".into() };
-        let list = format!("slopes of the description {}", slopes.iter().map(text).collect::<Vec<_>>().join(" "));
+        let list = format!(
+            "measured over nominal torque, by joint: {}",
+            slopes.iter().map(text).collect::<Vec<_>>().join(" ")
+        );
         // A median far from 1 means another unit. Three quarters of negative slopes mean wrong signs, or a wrong zero of a
         // joint before them.
         let is_nominal = NOMINAL_INERTIAL_SLOPES.contains(&scale);
@@ -313,7 +316,7 @@ impl DiagnosisInput<'_> {
 
     fn changed(&self, found: &Suspicion, slopes: &str) -> Finding {
         let evidence = format!(
-            "with that undone the nominal residual is {:.0} % of the torques (joints alike), as it is {:.0} %; {slopes}",
+            "corrected, the nominal residual is {:.0} % of the torques instead of {:.0} % (joints alike); {slopes}",
             100.0 * found.after,
             100.0 * found.before
         );

@@ -162,7 +162,7 @@ impl LogCheck {
         let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
         if self.findings.is_empty() && is_off {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
-            let evidence = format!("slopes of the description {}", texts.join(" "));
+            let evidence = format!("measured over nominal torque, by joint: {}", texts.join(" "));
             self.findings.push(Finding::of_all(Fault::Gains(factor), evidence, by_description(&implied)));
         }
     }

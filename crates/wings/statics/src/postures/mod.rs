@@ -353,7 +353,7 @@ impl fmt::Display for PostureEstimate {
             let (head, instead) = (if k == 0 { "\n" } else { "" }, if k == 0 { "" } else { "or else " });
             writeln!(
                 f,
-                "{head}{instead}{}: {bodies} {before} % of the torques (joints alike), with that undone {after} %; {}",
+                "{head}{instead}{}: {bodies} {before} % of the torques (joints alike); corrected: {after} %; {}",
                 mistake.fault, mistake.remedy
             )?;
         }

@@ -1,0 +1,86 @@
+//! Columns whose names say nothing: which one is the derivative of which.
+//!
+//! A column b is the velocity of a column a where the squared correlation of b with da/dt, by central differences over the clock,
+//! is above [`MIN_SQUARED_CORRELATION`], and no other column is nearer.
+
+use crate::table::Table;
+
+/// Least squared correlation of a velocity with the derivative of its position.
+const MIN_SQUARED_CORRELATION: f64 = 0.9;
+/// Most columns that are compared with each other.
+const MAX_COLUMNS: usize = 64;
+/// Rows that are compared.
+const MAX_ROWS: usize = 4000;
+
+/// Columns of the joints, in the order of the file.
+pub(crate) struct Relations {
+    pub positions: Vec<usize>,
+    /// One per position.
+    pub velocities: Vec<usize>,
+    /// The remaining columns, where there is one per joint.
+    pub others: Option<Vec<usize>>,
+}
+
+/// The positions and velocities of `n` joints; `None` unless exactly `n` pairs are found. `clock`: its column, and its unit in s.
+pub(crate) fn relations(table: &Table, (clock, second): (usize, f64), n: usize) -> Option<Relations> {
+    let columns: Vec<usize> =
+        (0..table.header.len()).filter(|c| *c != clock && !table.columns[*c].is_empty()).collect();
+    if columns.len() > MAX_COLUMNS {
+        return None;
+    }
+    let rows = table.columns[clock].len().min(MAX_ROWS);
+    let t = &table.columns[clock];
+    let squared_correlation = |a: usize, b: usize| {
+        let (q, v) = (&table.columns[a], &table.columns[b]);
+        let [mut vs, mut ss, mut vv] = [0.0; 3];
+        for k in 1..rows.saturating_sub(1) {
+            let slope = (q[k + 1] - q[k - 1]) / (second * (t[k + 1] - t[k - 1]));
+            if slope.is_finite() && v[k].is_finite() {
+                (vs, ss, vv) = (vs + v[k] * slope, ss + slope * slope, vv + v[k] * v[k]);
+            }
+        }
+        // A velocity of the other sign is none of this position.
+        if vs > 0.0 { vs * vs / (ss * vv) } else { 0.0 }
+    };
+    let velocity = |&a: &usize| {
+        let others = columns.iter().filter(|b| **b != a).map(|&b| (squared_correlation(a, b), b));
+        let best = others.filter(|(r, _)| *r > MIN_SQUARED_CORRELATION).max_by(|x, y| x.0.total_cmp(&y.0));
+        best.map(|(_, b)| (a, b))
+    };
+    let pairs: Vec<(usize, usize)> = columns.iter().filter_map(velocity).collect();
+    let (positions, velocities): (Vec<usize>, Vec<usize>) = pairs.into_iter().unzip();
+    // An acceleration is the derivative of a velocity: then there are more pairs than joints.
+    let is_apart = velocities.iter().all(|v| !positions.contains(v));
+    if positions.len() != n || !is_apart {
+        return None;
+    }
+    let rest: Vec<usize> =
+        columns.iter().copied().filter(|c| !positions.contains(c) && !velocities.contains(c)).collect();
+    Some(Relations { positions, velocities, others: Some(rest).filter(|rest| rest.len() == n) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_found_whatever_the_names() {
+        let t: Vec<f64> = (0..500).map(|r| 0.004 * f64::from(r)).collect();
+        let of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { t.iter().map(|t| f(*t)).collect() };
+        let columns = vec![
+            t.clone(),
+            of(&|t| (3.0 * t).sin()),
+            of(&|t| 0.5 * (5.0 * t).cos()),
+            of(&|t| 3.0 * (3.0 * t).cos()),
+            of(&|t| -2.5 * (5.0 * t).sin()),
+            of(&|t| 7.0 * (3.0 * t).sin() + (11.0 * t).sin()),
+            of(&|t| (2.0 * t).cos() + (13.0 * t).cos()),
+        ];
+        let header = (1..=7).map(|k| format!("c{k}")).collect();
+        let table = Table { header, columns, ..Table::default() };
+        let found = relations(&table, (0, 1.0), 2).unwrap();
+        assert_eq!((found.positions, found.velocities, found.others), (vec![1, 2], vec![3, 4], Some(vec![5, 6])));
+        // Of three joints there are two pairs: nothing is proposed.
+        assert!(relations(&table, (0, 1.0), 3).is_none());
+    }
+}

@@ -1,0 +1,68 @@
+//! The rows per second of a log without a clock, where it has velocities.
+//!
+//! ```text
+//! f = sum_r dq_r (q_{r+1} - q_{r-1}) / 2 / sum_r ((q_{r+1} - q_{r-1}) / 2)^2      least squares of dq = f (q_{r+1} - q_{r-1}) / 2
+//! ```
+
+use crate::columns::words::{Designator, Quantity, Reading};
+use crate::table::Table;
+
+/// Least squared correlation of a velocity with the difference of its position.
+const MIN_SQUARED_CORRELATION: f64 = 0.9;
+/// Rates that controllers and drivers have, Hz.
+const USUAL_RATES: [f64; 18] = [
+    10.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 100.0, 120.0, 125.0, 200.0, 240.0, 250.0, 333.0, 400.0, 500.0, 1000.0,
+    2000.0,
+];
+/// Greatest relative distance of a rate from the usual one that it is taken for.
+const USUAL_TOLERANCE: f64 = 0.02;
+
+/// The rate at which the differences of positions are the velocities, in words; `None` where no joint has both, or they disagree.
+pub(crate) fn rows_per_second(table: &Table, readings: &[Reading]) -> Option<String> {
+    let of = |quantity: Quantity, joint: Designator| {
+        readings
+            .iter()
+            .find(|r| r.quantity == quantity && r.joint == joint)
+            .map(|r| (&table.columns[r.column], r.unit.1))
+    };
+    let rate = |position: &Reading| {
+        let ((q, to_rad), (dq, to_rad_s)) =
+            (of(Quantity::Position, position.joint)?, of(Quantity::Velocity, position.joint)?);
+        let rows = q.windows(3).zip(dq.iter().skip(1));
+        let pairs =
+            rows.map(|(q, dq)| (0.5 * to_rad * (q[2] - q[0]), to_rad_s * dq)).filter(|(x, y)| (x * y).is_finite());
+        let [xx, xy, yy] = pairs.fold([0.0; 3], |[xx, xy, yy], (x, y)| [xx + x * x, xy + x * y, yy + y * y]);
+        (xy > 0.0 && xy * xy > MIN_SQUARED_CORRELATION * xx * yy).then(|| xy / xx)
+    };
+    let mut rates: Vec<f64> = readings.iter().filter(|r| r.quantity == Quantity::Position).filter_map(rate).collect();
+    rates.sort_by(f64::total_cmp);
+    let median = *rates.get(rates.len() / 2)?;
+    let usual = USUAL_RATES.iter().find(|usual| (median / **usual - 1.0).abs() < USUAL_TOLERANCE);
+    Some(usual.map_or(format!("{median:.3} Hz"), |usual| format!("{usual} Hz")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::words::readings;
+
+    fn said(factor: f64) -> Option<String> {
+        let q: Vec<f64> = (0..400).map(|r| (0.02 * f64::from(r)).sin()).collect();
+        let dq = (0..400).map(|r| factor * 0.02 * 125.0 * (0.02 * f64::from(r)).cos()).collect();
+        let table = Table {
+            header: vec!["q1".into(), "dq1".into()],
+            columns: vec![q, dq],
+            texts: vec![None; 2],
+            ..Table::default()
+        };
+        rows_per_second(&table, &readings(&table, &["q1".into()]).unwrap())
+    }
+
+    #[test]
+    fn velocities_show_the_rate() {
+        assert_eq!(said(1.0).as_deref(), Some("125 Hz"));
+        assert_eq!(said(1.3).as_deref(), Some("162.511 Hz"));
+        // A velocity of the other sign is none of this position.
+        assert_eq!(said(-1.0), None);
+    }
+}

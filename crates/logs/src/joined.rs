@@ -1,0 +1,204 @@
+//! A log in several files: `position.csv+effort.csv`.
+//!
+//! Files of as many rows, without clocks or with the same clock, are joined row by row. Files with clocks of their own are joined
+//! by time: the columns of the later files are interpolated linearly at the times of the first, within the time that all have. A
+//! name that stands in several files gets the name of its file before it: `effort.joint_1`.
+
+use std::path::Path;
+
+use crate::Error;
+use crate::columns::words::{Quantity, readings};
+use crate::table::{Lines, Table};
+
+/// Separates the files of a log.
+const SEPARATOR: char = '+';
+/// Most files of a log: one per joint and quantity.
+const MAX_FILES: usize = 128;
+/// Clocks that differ by less, in steps of the first, are one clock.
+const SAME_CLOCK_STEPS: f64 = 1e-3;
+
+/// The files that a path names; `None` where it names one. A file whose own name has the separator is one file.
+pub(crate) fn files(path: &Path) -> Option<Vec<&Path>> {
+    let text = path.to_str().filter(|text| text.contains(SEPARATOR))?;
+    (!path.exists()).then(|| text.split(SEPARATOR).map(Path::new).collect())
+}
+
+/// The table of all files.
+///
+/// Fails where one cannot be read, or where rows cannot be assigned to each other.
+pub(crate) fn read(path: &Path, files: &[&Path]) -> Result<Table, Error> {
+    let file = path.display().to_string();
+    if files.len() > MAX_FILES {
+        return Err(Error::at(&file, 0, format!("{} files; at most {MAX_FILES} are expected", files.len())));
+    }
+    let tables = files.iter().map(|file| Table::read(file)).collect::<Result<Vec<Table>, Error>>()?;
+    let names: Vec<String> =
+        files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy().into()).collect();
+    joined(&file, tables, &names)
+}
+
+fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table, Error> {
+    let clocks: Vec<Option<usize>> = tables.iter().map(clock).collect();
+    let are_as_long = tables.iter().all(|table| table.rows() == tables[0].rows());
+    let mut notes: Vec<String> = tables.iter().flat_map(|table| table.notes.clone()).collect();
+    let mut range = 0..tables[0].rows();
+    if are_as_long && (clocks.iter().flatten().count() <= 1 || are_one_clock(&tables, &clocks)) {
+        notes.push(format!("{} files of {} rows are joined row by row", tables.len(), tables[0].rows()));
+    } else if let Some(places) = clocks.iter().copied().collect::<Option<Vec<usize>>>() {
+        range = by_time(file, &mut tables, &places, names, &mut notes)?;
+    } else {
+        let rows: Vec<String> =
+            tables.iter().zip(names).map(|(table, name)| format!("{name} has {}", table.rows())).collect();
+        let message = format!(
+            "files without a clock are joined row by row, and need as many rows: {}; add a column of the time to each file",
+            rows.join(", ")
+        );
+        return Err(Error::at(file, 0, message));
+    }
+    let mut all = Table { file: file.into(), notes, ..Table::default() };
+    let stands_twice: Vec<String> = {
+        let headers: Vec<&String> = tables.iter().flat_map(|table| &table.header).collect();
+        headers
+            .iter()
+            .filter(|name| headers.iter().filter(|other| other == name).count() > 1)
+            .map(ToString::to_string)
+            .collect()
+    };
+    let first_clock = clocks.iter().position(Option::is_some);
+    let lines = std::mem::take(&mut tables[0].lines);
+    for (k, table) in tables.into_iter().enumerate() {
+        all.ragged += table.ragged;
+        let columns = table.header.into_iter().zip(table.columns).zip(table.texts).enumerate();
+        for (place, ((header, column), text)) in
+            columns.filter(|(place, _)| Some(k) == first_clock || clocks[k] != Some(*place))
+        {
+            let is_shared = stands_twice.contains(&header) && clocks[k] != Some(place);
+            all.header.push(if is_shared { format!("{}.{header}", names[k]) } else { header });
+            all.columns.push(column[range.clone()].to_vec());
+            all.texts.push(text);
+        }
+    }
+    all.lines = if range.len() == lines.len() { lines } else { Lines::default() };
+    Ok(all)
+}
+
+/// The column of the clock by its name.
+fn clock(table: &Table) -> Option<usize> {
+    let all = readings(table, &[]).unwrap_or_default();
+    all.iter().find(|reading| reading.quantity == Quantity::Time).map(|reading| reading.column)
+}
+
+fn step(t: &[f64]) -> f64 {
+    match t {
+        [first, .., last] => (last - first).abs() / (t.len() - 1) as f64,
+        _ => 0.0,
+    }
+}
+
+/// Whether the clocks are one: the same instants, up to rounding.
+fn are_one_clock(tables: &[Table], clocks: &[Option<usize>]) -> bool {
+    let all: Vec<&Vec<f64>> = tables.iter().zip(clocks).filter_map(|(table, c)| c.map(|c| &table.columns[c])).collect();
+    let tolerance = SAME_CLOCK_STEPS * step(all[0]);
+    all.iter().all(|t| t.iter().zip(all[0]).all(|(a, b)| (a - b).abs() <= tolerance))
+}
+
+/// Interpolates the columns of the later tables at the times of the first; returns the rows of the first within all of them.
+fn by_time(
+    file: &str,
+    tables: &mut [Table],
+    clocks: &[usize],
+    names: &[String],
+    notes: &mut Vec<String>,
+) -> Result<std::ops::Range<usize>, Error> {
+    let t = tables[0].columns[clocks[0]].clone();
+    let mut range = 0..t.len();
+    for (k, table) in tables.iter_mut().enumerate().skip(1) {
+        let own = table.columns[clocks[k]].clone();
+        if let Some(row) = own.windows(2).position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater)) {
+            let message =
+                format!("{}: its clock does not increase at row {}; files are joined by time", names[k], row + 2);
+            return Err(Error::at(file, 0, message));
+        }
+        let (Some(begin), Some(end)) = (own.first(), own.last()) else {
+            return Err(Error::at(file, 0, format!("{}: it has no rows", names[k])));
+        };
+        range.start = range.start.max(t.partition_point(|t| t < begin));
+        range.end = range.end.min(t.partition_point(|t| t <= end));
+        notes.push(format!(
+            "{} is joined by time to {}: it begins {:.4} s later, with a mean step of {:.4} s instead of {:.4} s",
+            names[k],
+            names[0],
+            begin - t[0],
+            step(&own),
+            step(&t)
+        ));
+        let place = |t: f64| {
+            let next = own.partition_point(|own| *own < t).clamp(1, own.len().max(2) - 1);
+            let before = next - 1;
+            (before, next, (t - own[before]) / (own[next] - own[before]))
+        };
+        if own.len() < 2 {
+            return Err(Error::at(file, 0, format!("{}: one row; two and more are interpolated", names[k])));
+        }
+        let places: Vec<(usize, usize, f64)> = t.iter().map(|t| place(*t)).collect();
+        for column in table.columns.iter_mut().filter(|column| column.len() == own.len()) {
+            // A missing number makes its neighbourhood missing.
+            *column = places.iter().map(|(a, b, share)| column[*a] + share * (column[*b] - column[*a])).collect();
+        }
+    }
+    if range.len() < 2 {
+        return Err(Error::at(file, 0, "the files have no time in common: their clocks do not overlap"));
+    }
+    Ok(range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Table {
+        Table::from_bytes("x.csv", text.as_bytes()).unwrap()
+    }
+
+    fn join(texts: &[&str]) -> Result<Table, String> {
+        let names: Vec<String> = (0..texts.len()).map(|k| format!("f{k}")).collect();
+        joined("all", texts.iter().map(|text| table(text)).collect(), &names).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn files_without_a_clock_are_joined_row_by_row() {
+        let all = join(&["j1,j2\n1,2\n3,4\n", "j1,j2\n5,6\n7,8\n"]).unwrap();
+        assert_eq!(all.header, ["f0.j1", "f0.j2", "f1.j1", "f1.j2"]);
+        assert_eq!(all.columns, [[1.0, 3.0], [2.0, 4.0], [5.0, 7.0], [6.0, 8.0]]);
+        let message = join(&["j1\n1\n3\n", "tau1\n5\n"]).unwrap_err();
+        assert!(message.contains("f0 has 2, f1 has 1"), "{message}");
+    }
+
+    #[test]
+    fn one_clock_is_kept_once() {
+        let all = join(&["t,q1\n0,1\n1,3\n", "t,tau1\n0,5\n1,7\n"]).unwrap();
+        assert_eq!((all.header.join(" "), all.rows()), ("t q1 tau1".into(), 2));
+        let all = join(&["q1\n1\n3\n", "t,tau1\n0,5\n1,7\n"]).unwrap();
+        assert_eq!(all.header, ["q1", "t", "tau1"]);
+    }
+
+    /// Torques on another clock are interpolated within the time of both; a straight line comes back exactly.
+    #[test]
+    fn clocks_of_their_own_are_joined_by_time() {
+        let line = |from: f64, step: f64, rows: usize| -> String {
+            (0..rows).map(|r| from + step * r as f64).map(|t| format!("{t},{}\n", 2.0 * t + 1.0)).collect()
+        };
+        let all =
+            join(&[&format!("t,q1\n{}", line(0.0, 0.5, 9)), &format!("t,tau1\n{}", line(0.75, 0.3, 10))]).unwrap();
+        assert_eq!(all.columns[0], [1.0, 1.5, 2.0, 2.5, 3.0]);
+        for (t, tau) in all.columns[0].iter().zip(&all.columns[2]) {
+            // Rounding of the steps of 0.3.
+            assert!((tau - (2.0 * t + 1.0)).abs() < 1e-12, "{t} {tau}");
+        }
+        assert!(all.notes[0].contains("begins 0.7500 s later"), "{:?}", all.notes);
+        let apart = join(&["t,q1\n0,1\n1,2\n", "t,tau1\n5,1\n6,2\n7,3\n"]).unwrap_err();
+        assert!(apart.contains("do not overlap"), "{apart}");
+        let back = join(&["t,q1\n0,1\n1,2\n", "t,tau1\n0,1\n0,2\n1,3\n"]).unwrap_err();
+        assert!(back.contains("f1: its clock does not increase at row 2"), "{back}");
+    }
+}
