@@ -105,7 +105,7 @@ fn signs_of_all_torques_change_nothing_else() {
         // The figures without the slopes, whose signs are others.
         let found = |log: &JointLog| -> Vec<(Fault, String)> {
             let findings = look(&model, &here, log).findings.into_iter();
-            findings.map(|f| (f.fault, f.evidence.split("; slopes").next().unwrap_or_default().into())).collect()
+            findings.map(|f| (f.fault, f.evidence.split("; measured over").next().unwrap_or_default().into())).collect()
         };
         let (plain, mut signed) = (found(&single), found(&opposite));
         assert!(matches!(plain.first(), Some((Fault::Of(TorqueSign(2), _), _))), "{plain:?}");

@@ -120,6 +120,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--validate" | "--loaded" => "logs/v01.csv",
         "--load" => "load.yaml",
         "--cutoff" => "12",
+        "--rate" => "300",
         "--order" => "2",
         "--decimate" => "7",
         "--delay" => "0.003",

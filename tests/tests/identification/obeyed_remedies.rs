@@ -225,6 +225,33 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
     }
 }
 
+/// The window with one load is printed only where its own parameters leave as little as the load does: not where most of the
+/// unloaded time is a motion that no parameters explain.
+#[test]
+fn a_window_that_explains_nothing_is_not_printed() {
+    let here = folder("poor_window");
+    let (model, _) = ur5();
+    let path = here.join("log.csv");
+    let bodies = unlike(&model.robot, 5);
+    // Heavy from 7 s on; until then small motions, and half as much of a torque that follows nothing.
+    let [mut log, heavy] = [bodies.clone(), loaded(&model.robot, &bodies, 40.0)].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
+    let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+    for (k, (tau, heavy)) in log.tau.iter_mut().zip(&heavy.tau).enumerate() {
+        let until = log.t.iter().position(|t| *t >= 7.0).unwrap();
+        let size = 0.7 * rms(&tau[..until]);
+        for (r, t) in log.t.iter().enumerate() {
+            match *t < 7.0 {
+                true => tau[r] += size * (2.0 * PI * (2.3 + 0.37 * k as f64) * t).sin(),
+                false => tau[r] = heavy[r],
+            }
+        }
+    }
+    log.write(&path, model.regressor().coordinates());
+    let found = look(&model, &path, &Options::default());
+    let load = found.findings.iter().find(|f| matches!(f.fault, Fault::ChangedLoad { .. })).unwrap_or_else(|| panic!("{:?}", found.findings));
+    assert!(load.remedy.starts_with("log each load by itself"), "{load:?}");
+}
+
 /// A gantry of three slides and a wrist, of bodies of such masses.
 fn gantry() -> String {
     let body = |k: usize, mass: f64| {

@@ -159,6 +159,13 @@ impl Columns {
         let effort =
             efforts.into_iter().zip(&position).map(|(source, position)| source.unwrap_or_else(|| none(position)));
         let effort = effort.collect();
+        let mut notes: Vec<String> = table.notes.iter().cloned().chain(finder.notes.clone()).collect();
+        if names.rate.is_some()
+            && let Ok(clock) = finder.clock_if_any()
+            && clock.header != NO_COLUMN
+        {
+            notes.push(format!("`{}` is not used as the clock, since the rows per second are given", clock.header));
+        }
         let mut columns = Columns {
             coordinates: coordinates.to_vec(),
             time,
@@ -172,7 +179,7 @@ impl Columns {
             undriven,
             effort_is,
             unused: Vec::new(),
-            notes: table.notes.iter().cloned().chain(finder.notes).collect(),
+            notes,
         };
         let used = columns.places();
         let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
