@@ -1,7 +1,7 @@
-//! `bench`: measures run times on this machine. Each result is checked against an independent recursion.
+//! `bench`: measures run times on this machine. Each computed result is also compared with an independent recursion.
 //!
-//! Prints one table, writes it between the two marks of docs/benchmarks.md, and stores its numbers in
-//! records/COMMIT.csv. The measured programs are a bench of the package `tests`: xtask must build without `generated`.
+//! Prints one table, writes it between the two marks of docs/benchmarks.md, and stores its numbers in records/COMMIT.csv. The
+//! measured programs are a bench of the package `tests`, because xtask must build without `generated`.
 //!
 //! `bench instructions` counts instructions instead of time, which needs valgrind and gungraun-runner.
 
@@ -15,7 +15,7 @@ use crate::cargo::{cargo, root, said, target};
 /// The generated file of a 7R robot, whose compilation is timed.
 const FILE: &str = "generated/src/robots/panda.rs";
 
-/// Compilations per time; the shortest counts.
+/// Number of compilations for one measured time; the shortest counts.
 const COMPILATIONS: u32 = 3;
 
 const PAGE: &str = "docs/benchmarks.md";
@@ -54,7 +54,7 @@ fn rows_of_bench() -> Result<String, String> {
     }
 }
 
-/// The commit, the processor, its cores and the compiler, in a sentence.
+/// A sentence with the commit, the processor, its cores and the compiler.
 fn conditions() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ").map(|(_, m)| m));
@@ -68,7 +68,7 @@ fn conditions() -> String {
     )
 }
 
-/// The measured commit, with a mark where files are changed.
+/// The measured commit; marked with `-changed` if files are changed.
 fn commit() -> String {
     let git = |arguments: &[&str]| said(Command::new("git").args(arguments).current_dir(root()));
     // The files that this command writes do not change the measured program.
@@ -104,7 +104,7 @@ fn csv(rows: &str) -> String {
     text
 }
 
-/// Counts instructions by callgrind.
+/// Counts the instructions of the measured programs with callgrind.
 fn instructions() -> Result<(), String> {
     for tool in ["valgrind", "gungraun-runner"] {
         if said(Command::new(tool).arg("--version")).is_empty() {
@@ -115,7 +115,8 @@ fn instructions() -> Result<(), String> {
     cargo(&["bench", "--package", "tests", "--features", "instructions", "--bench", "instructions"])
 }
 
-/// The time, s, of rustc for the file alone, the shortest of three; with a caller for f64 or without.
+/// The time, s, that rustc needs for this file alone, the shortest of three. `is_called`: whether the library calls the
+/// function for f64.
 fn compile(is_called: bool) -> Result<f64, String> {
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;

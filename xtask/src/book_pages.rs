@@ -1,22 +1,22 @@
-//! The pages of the book: titles, anchors and links, and a check that each link has a target.
+//! Reads the pages of the book: titles, anchors and links; checks that each link has a target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::cargo::root;
 
-/// The page whose table gives the order of the others.
+/// The page with the table that gives the order of the other pages.
 const TABLE: &str = "docs/README.md";
-/// Pages in the root of the repository, the last part of the book.
+/// Pages in the root of the repository, which form the last part of the book.
 const ROOT_PAGES: [&str; 4] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"];
 
-/// A page with its path relative to the root.
+/// A page; `name`: its path relative to the root.
 pub(crate) struct Page {
     pub(crate) name: String,
     text: String,
 }
 
-/// README, the pages of docs/, and the other pages of the root.
+/// All pages: README, the pages of docs/, and the other pages of the root.
 pub(crate) fn pages() -> Result<Vec<Page>, String> {
     let mut names = vec!["README.md".to_string()];
     names.extend(ROOT_PAGES.map(String::from));
@@ -44,13 +44,13 @@ impl Page {
         })
     }
 
-    /// The first heading of the page; fails where there is none.
+    /// The first heading of the page; fails if there is none.
     pub(crate) fn title(&self) -> Result<&str, String> {
         let title = self.prose().find_map(|line| line.strip_prefix("# "));
         title.ok_or(format!("{} has no heading", self.name))
     }
 
-    /// The anchors of the headings, for links with `#`, formed as in GitHub and mdBook.
+    /// The anchors of the headings, for links with `#`, formed as GitHub and mdBook do.
     fn anchors(&self) -> BTreeSet<String> {
         let headings = self.prose().filter(|line| line.starts_with('#'));
         let anchor = |line: &str| {
@@ -61,7 +61,7 @@ impl Page {
         headings.map(anchor).collect()
     }
 
-    /// Links and pictures within the repository: file, and anchor or an empty text.
+    /// The links and pictures within the repository: file, and anchor or an empty text.
     pub(crate) fn links(&self) -> Vec<(&str, &str)> {
         let of_line = |line: &'_ str| -> Vec<(usize, usize)> {
             let starts =
@@ -119,7 +119,7 @@ pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, Stri
     Ok(parts)
 }
 
-/// Links without a target, and pages that are not exactly once in the book.
+/// Errors of the pages: links without a target, and pages that are not exactly once in the book.
 pub(crate) fn faults(pages: &[Page]) -> Result<Vec<String>, String> {
     let mut faults = Vec::new();
     let anchors: BTreeMap<PathBuf, BTreeSet<String>> =

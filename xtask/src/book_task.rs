@@ -1,8 +1,8 @@
-//! `book`: the pages of docs/ as an mdBook, with live pages of `rist` in it.
+//! `book`: makes an mdBook of the pages of docs/, with live pages of `rist` in it.
 //!
-//! The table in docs/README.md gives the order of the chapters. The pages are copied as they are into
-//! target/book/src, which has the folders of the repository, so that their links are valid there too. Where mdbook is absent,
-//! the pages are checked, and a message says that the book was not rendered.
+//! The table in docs/README.md gives the order of the chapters. The pages are copied without change into target/book/src, which
+//! has the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked,
+//! and a message says that the book was not rendered.
 //!
 //! `book --check` only checks. `book --screenshots` also takes screenshots of the live pages with Chromium.
 
@@ -15,7 +15,7 @@ use crate::book_pages::{Page, chapters, faults, pages};
 use crate::cargo::{done, root, target};
 use crate::pictures_task;
 
-/// The pages that rist makes: name, title, and command.
+/// The pages that `rist` writes: name, title, and command.
 const LIVE: [(&str, &str, &[&str]); 3] = [
     (
         "ur5",
@@ -36,7 +36,7 @@ const LIVE: [(&str, &str, &[&str]); 3] = [
 
 /// Width and height of a screenshot, pixels.
 const SCREENSHOT_PIXELS: (u32, u32) = (1100, 800);
-/// Larger screenshots are not stored in the repository.
+/// Largest size of a screenshot, bytes; a larger one is not stored in the repository.
 const LARGEST_SCREENSHOT_BYTES: u64 = 150_000;
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         [other, ..] => return Err(format!("book takes --check, --screenshots or nothing; found `{other}`")),
     };
     let pages = check()?;
-    // The source is made anew, so that pages that were removed or renamed do not remain in the book.
+    // The source folder is removed first, so that removed or renamed pages do not remain in the book.
     let book = target().join("book");
     let source = book.join("src");
     if source.exists() {
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&source.join("SUMMARY.md"), &summary(&pages)?)?;
     write(&source.join("live.md"), &live_chapter())?;
     write(&book.join("book.toml"), BOOK)?;
-    // The repository must pass without mdbook.
+    // This task must succeed without mdbook.
     let html = book.join("html/index.html");
     match Command::new("mdbook").arg("--version").output() {
         Ok(found) if found.status.success() => {
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// The pages; fails where a link has no target or a page has no place in the book.
+/// Reads the pages. Fails if a link has no target or a page has no place in the book.
 fn check() -> Result<Vec<Page>, String> {
     let pages = pages()?;
     let faults = faults(&pages)?;
@@ -109,7 +109,7 @@ default-theme = \"light\"
 preferred-dark-theme = \"navy\"
 ";
 
-/// SUMMARY.md of mdBook: the parts and chapters in their order.
+/// The text of SUMMARY.md for mdBook: the parts and chapters in their order.
 fn summary(pages: &[Page]) -> Result<String, String> {
     let mut text = String::from("# Summary\n\n[rist](index.md)\n[Live pages](live.md)\n[All pages](docs/index.md)\n");
     for (part, chapters) in chapters(pages)? {
@@ -136,7 +136,7 @@ fn live_chapter() -> String {
     text
 }
 
-/// Writes the live pages by `rist`: the program that RIST names, or one that is built.
+/// Writes the live pages with `rist`: the program that the environment variable RIST names, or else one that is built.
 fn live_pages(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, _, arguments) in LIVE {
@@ -181,7 +181,7 @@ fn screenshots(folder: &Path) -> Result<(), String> {
         let mut command = Command::new(browser);
         command
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-            // Scripts draw after loading; virtual time waits for them independently of the load of the machine.
+            // Scripts draw after loading; virtual time gives them the same time, however busy the machine is.
             .arg("--virtual-time-budget=4000")
             .arg(format!("--window-size={},{}", SCREENSHOT_PIXELS.0, SCREENSHOT_PIXELS.1))
             .arg(format!("--screenshot={}", picture.display()))
@@ -197,7 +197,7 @@ fn screenshots(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// A file name, or a text with links, for the book: mdBook renders a README as index.html, but a link to it as README.html.
+/// Adapts a file name, or a text with links, to the book: mdBook renders README as index.html, but leaves links to README.html.
 fn in_book(text: &str) -> String {
     let of_link = text.replace("README.md)", "index.md)").replace("README.md#", "index.md#");
     of_link.strip_suffix("README.md").map_or(of_link.clone(), |folder| format!("{folder}index.md"))

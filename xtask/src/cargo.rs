@@ -1,4 +1,4 @@
-//! Commands that tasks run, and the folders of the repository and of its builds.
+//! Runs commands for the tasks, and finds the folders of the repository and of its builds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,7 +9,7 @@ pub(crate) fn cargo(arguments: &[&str]) -> Result<(), String> {
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
-/// Runs a command to its end; fails where the command fails. `what` is its name in the error message.
+/// Runs a command to its end; fails if the command fails. `what`: its name in the error message.
 pub(crate) fn done(command: &mut Command, what: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -28,7 +28,8 @@ pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
-/// The target triple of this machine. With it as --target, the flags of a build do not apply to build scripts and macros.
+/// The target triple of this machine. If a build gets it as --target, its compiler flags do not apply to build scripts and
+/// macros.
 pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;
     let text = String::from_utf8_lossy(&output.stdout);
@@ -36,7 +37,7 @@ pub(crate) fn host() -> Result<String, String> {
     line.map(str::to_string).ok_or_else(|| "rustc -vV names no host".into())
 }
 
-/// The standard output of a command; empty where the command does not exist.
+/// The standard output of a command; empty if the command does not exist.
 pub(crate) fn said(command: &mut Command) -> String {
     let output = command.output().map(|output| output.stdout).unwrap_or_default();
     String::from_utf8_lossy(&output).into_owned()

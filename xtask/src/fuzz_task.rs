@@ -1,14 +1,14 @@
-//! `fuzz SECONDS`: builds the targets of fuzz/ with coverage, on stable, and runs each for its share of the time.
+//! `fuzz SECONDS`: builds the programs of fuzz/ with coverage, with the stable compiler, and runs each for an equal share of
+//! the time.
 //!
-//! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind that flag is selected by its name. The
-//! corpora are only read, together with the files of past attacks where they exist
-//! (../shared/findings/inputs/hardening). New inputs are stored in target/fuzz/corpus, and an input that breaks a target in
-//! target/fuzz/found.
+//! cargo-fuzz needs a nightly compiler for one flag; here the LLVM pass behind this flag is selected by its name. The corpora
+//! are only read, and so are the files of past attacks if they exist (../shared/findings/inputs/hardening). New inputs are
+//! stored in target/fuzz/corpus, and an input that breaks a program in target/fuzz/found.
 //!
-//! The last target needs no coverage: it changes each file that the program reads and runs the program on it
+//! The last step needs no coverage: it changes each file that the program reads at random, and runs the program on it
 //! (tests/src/mutation.rs).
 //!
-//! Not fuzzed: folders of rosbag2, the package for Python.
+//! Not fuzzed: folders of rosbag2, and the Python package.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::process::Command;
 
 use crate::cargo::{cargo, done, host, root, target};
 
-/// The programs of fuzz/targets, each with the folders of the repository that contain its initial inputs.
+/// The programs of fuzz/targets, each with the folders that contain its initial inputs.
 const TARGETS: [(&str, &[&str]); 8] = [
     ("robots", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
     ("derive", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
@@ -28,17 +28,18 @@ const TARGETS: [(&str, &[&str]); 8] = [
     ("artefacts", &["fuzz/corpus/artefacts"]),
 ];
 
-/// Compiler flags for coverage by counters of edges and by operands of comparisons.
+/// Compiler flags for coverage: counters of edges, and operands of comparisons.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                         -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                         -Cllvm-args=-sanitizer-coverage-pc-table \
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// Limits of time, s, memory, MiB, and length; an input that exceeds the first two is a finding. Bodies that can exist take
-/// 0.3 s in a release build, and a hundred times longer with coverage on a shared machine. Inputs longer than 8 KiB
-/// find nothing new in the time.
+/// Limits of the time for an input, s, of the memory and of one allocation, MiB, and of the length of an input, bytes. An input
+/// that exceeds the time or the memory is a finding. Computing possible bodies takes 0.3 s in a release build, and a hundred
+/// times longer with coverage on a shared machine. Inputs longer than 8 KiB find nothing new in the time.
 ///
-/// For such an input no reader allocates more at once than twice its budget, 64 times the size of the input and 64 MiB.
+/// For an input of at most this length, no reader allocates at once more than twice its budget (64 times the size of the input
+/// plus 64 MiB).
 const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=128", "-max_len=8192"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -51,7 +52,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     build.current_dir(root).env("CARGO_TARGET_DIR", &target).env("RUSTFLAGS", COVERAGE);
     done(&mut build, "cargo build of fuzz/")?;
 
-    // Each target has one share of the time, and the mutations have one.
+    // Each target gets one share of the time, and so do the mutations.
     let found = target.join("found");
     fs::create_dir_all(&found).map_err(|e| format!("{}: {e}", found.display()))?;
     let share = seconds.div_ceil(1 + TARGETS.len() as u64);

@@ -1,7 +1,7 @@
 //! `gen`: writes the models of models/ as Rust source into generated/src/robots/.
 //!
-//! All files are first rendered to a map path -> text. Then the map is written or compared. The folder contains
-//! only generated files, so that a file without a model is removed.
+//! All files are first rendered into a map path -> text, which is then written or compared. The folder contains only generated
+//! files, so a file without a model is removed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     if check { compare(&rendered) } else { write(&rendered) }
 }
 
-/// Rendered files of all models, since the index lists all: path relative to the root -> text.
+/// The rendered files of all models (the index lists all): path relative to the root -> text.
 struct Rendered {
     files: BTreeMap<PathBuf, String>,
     /// The files that the user asked for.
@@ -34,7 +34,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         .filter(|path| matches!(path.extension().and_then(|e| e.to_str()), Some("yaml" | "urdf" | "par")))
         .collect();
     paths.sort();
-    // A model outside of models/ would be absent from the index, and is refused.
+    // A model outside of models/ is an error, because the index would not list it.
     let wanted: Vec<PathBuf> = models
         .iter()
         .map(|m| {
@@ -78,7 +78,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     Ok(rendered)
 }
 
-/// Files of the folder without a model.
+/// The files of the folder that belong to no model.
 fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
     let folder = root().join(FOLDER);
     let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {

@@ -1,4 +1,4 @@
-//! `pictures [--check]`: writes, or compares, docs/pictures/*.svg.
+//! `pictures [--check]`: writes docs/pictures/*.svg, or compares the files with what would be written.
 
 use crate::cargo::root;
 use crate::pictures;

@@ -1,7 +1,7 @@
-//! `python`: the package for Python, built in an environment of its own under target/ and tested there.
+//! `python`: builds the Python package in a separate environment under target/ and tests it there.
 //!
-//! If there is no python3 with venv, or pip cannot get what it needs, a message says so and the task succeeds, because
-//! the project builds and passes without Python.
+//! If there is no python3 with venv, or if pip cannot get what it needs, a message says so and the task succeeds, because the
+//! project has to build and pass without Python.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use crate::cargo::{cargo, done, root, target};
 use crate::stubs_task;
 
-/// Packages of the environment in addition to rist.
+/// Packages that are installed into the environment in addition to rist.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         return Ok(());
     }
 
-    // The tests compare the output of this program byte by byte.
+    // The Python tests compare their output with the output of this program, byte by byte.
     cargo(&["build", "--quiet", "--package", "cli", "--features", "all-readers"])?;
     let at_root = |program: &str| {
         let mut command = Command::new(environment.join("bin").join(program));
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     done(tests.env("RIST_PROGRAM", target.join("debug/rist")), "pytest")
 }
 
-/// Makes the environment where there is none; the error says why it cannot be made.
+/// Makes the environment if there is none; the error says why it cannot be made.
 fn environment_in(environment: &Path) -> Result<(), String> {
     let complete = environment.join("complete");
     if fs::read_to_string(&complete).is_ok_and(|text| text == PACKAGES.join(" ")) {

@@ -1,8 +1,8 @@
 //! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the SIMD lanes of `generated`, the
 //! triangle in registers of `numerics`, the fused tape of `expr`, the work in wide registers of `logs` and `identification`.
 //!
-//! The latter two need a nightly compiler, and Miri its component and `rust-src`. A tool that is missing is reported
-//! and is no failure.
+//! Miri and the address sanitizer need a nightly compiler, Miri also its component and `rust-src`. If a tool is missing, this
+//! is reported, and is no failure.
 //!
 //! | | runs | leaves out |
 //! |---|---|---|
@@ -10,13 +10,13 @@
 //! | address sanitizer | library tests of these packages, and tests of the SIMD lanes, on all registers of the processor | |
 //! | Miri | the tests of the kernels, each for no vectors, for AVX2 with FMA and for AVX-512 | robots of more than three coordinates: an hour |
 //!
-//! Not here: the package for Python, whose `unsafe` needs an interpreter.
+//! Not tested here: the Python package, whose `unsafe` code needs an interpreter.
 
 use std::process::Command;
 
 use crate::cargo::{done, host, root, said, target};
 
-/// Tests of kernels: package, target selection of cargo, and part of the test names.
+/// The tests of kernels: package, target selection of cargo, and part of the test names.
 const KERNELS: [[&str; 3]; 6] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],
@@ -26,7 +26,7 @@ const KERNELS: [[&str; 3]; 6] = [
     ["tests", "--test=model", "lanes::"],
 ];
 
-/// Target features of the processors that Miri runs the kernels for.
+/// Target features of the processors for which Miri runs the kernels.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -94,7 +94,7 @@ fn address(nightly: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The name of a nightly toolchain in rustup; `None` where there is none.
+/// The name of a nightly toolchain in rustup; `None` if there is none.
 fn nightly() -> Option<String> {
     let text = said(Command::new("rustup").args(["toolchain", "list"]));
     let names = text.lines().filter_map(|line| line.split_whitespace().next());

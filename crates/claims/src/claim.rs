@@ -1,4 +1,4 @@
-//! A claim: a subject, and the outcome of its check.
+//! Claims. A claim is a subject with the outcome of its check.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::outcome::Outcome;
 use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A statement on a subject with its evidence. Its Display is a sentence.
+/// A claim: a subject, and the outcome of its check with the evidence. Display prints it as a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
     #[serde(flatten)]
@@ -18,7 +18,7 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// The claim of a check's outcome. An outcome without evidence becomes "cannot tell".
+    /// Makes a claim from the outcome of a check. An outcome without evidence is replaced by "cannot tell".
     pub fn new(subject: Subject, outcome: Outcome) -> Claim {
         if outcome.has_evidence() {
             return Claim { subject, outcome };
@@ -39,12 +39,12 @@ impl Claim {
 }
 
 impl Claim {
-    /// Whether it says that something is wrong.
+    /// Whether the outcome is a contradiction: the check found a fault.
     pub fn is_contradicted(&self) -> bool {
         self.standing() == EvidenceLevel::Refused
     }
 
-    /// Its level of evidence.
+    /// The level of evidence of the claim, from its outcome.
     pub fn standing(&self) -> EvidenceLevel {
         EvidenceLevel::of(&self.outcome)
     }
@@ -63,7 +63,7 @@ mod tests {
     use crate::remedy::{Remedy, Trial};
     use crate::subject::Topic;
 
-    /// Each outcome, with the same text and number as evidence.
+    /// One claim of each outcome, with `text` and `number` as its evidence; "contradicted" has a tried and an untried remedy.
     fn each(text: &str, number: f64) -> [Claim; 7] {
         let (text, figure) = (|| text.to_string(), || Figure::new(number, "deg"));
         let contradicted = |trial| {

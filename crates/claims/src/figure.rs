@@ -4,12 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// `x` with at most `digits` significant digits, without trailing zeros: `0.5`, `-6.283`. Very small and very large numbers
-/// have an exponent.
+/// Prints `x` with at most `digits` significant digits, without trailing zeros: `0.5`, `-6.283`. Numbers below 1e-5 or from 1e7
+/// on have an exponent.
 pub fn significant(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
     match rounded.abs() {
-        // -0 too.
+        // This matches -0 too.
         0.0 => "0".into(),
         1e-5..1e7 => rounded.to_string(),
         _ => format!("{rounded:e}"),
@@ -19,19 +19,20 @@ pub fn significant(x: f64, digits: usize) -> String {
 /// A number with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// The number.
+    /// The number, in this unit.
     pub value: f64,
-    /// Its unit as printed: `N m`, `%`, `columns`.
+    /// The printed unit: `N m`, `%`, `columns`.
     pub unit: String,
 }
 
 impl Figure {
-    /// A number with its unit.
+    /// Makes a number with its printed unit.
     pub fn new(value: f64, unit: impl Into<String>) -> Figure {
         Figure { value, unit: unit.into() }
     }
 
-    /// Four significant digits, or all digits where `is_false` holds for the rounded number.
+    /// Prints the number and its unit with four significant digits. If `is_false` holds for the rounded number, all digits are
+    /// printed.
     fn rounded(&self, is_false: impl Fn(f64) -> bool) -> String {
         let rounded = format!("{:.3e}", self.value).parse().unwrap_or(self.value);
         format!("{} {}", if is_false(rounded) { self.value } else { rounded }, self.unit)
@@ -44,20 +45,20 @@ impl fmt::Display for Figure {
     }
 }
 
-/// A figure that bounds a quantity.
+/// A bound of a quantity, with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// The quantity is not greater.
+    /// The quantity is at most this figure.
     AtMost(Figure),
-    /// The quantity is not less.
+    /// The quantity is at least this figure.
     AtLeast(Figure),
-    /// The quantity equals the figure.
+    /// The quantity equals this figure.
     Exactly(Figure),
 }
 
 impl Bound {
-    /// The figure.
+    /// The figure of the bound.
     pub fn figure(&self) -> &Figure {
         match self {
             Bound::AtMost(figure) | Bound::AtLeast(figure) | Bound::Exactly(figure) => figure,

@@ -1,41 +1,41 @@
-//! Requirements that a proof does not cover: assumptions with their source, and unchecked requirements with the reason.
+//! Requirements that a proof does not cover. They are assumed, with a source, or unchecked, with a reason.
 
 use serde::{Deserialize, Serialize};
 
-/// The topic of a requirement that is left out.
+/// The topic of a requirement that a proof does not cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOutTopic {
     /// A limit that neither the description nor the user gives.
     Limit,
-    /// Torques.
+    /// Torques of the joints.
     Effort,
-    /// Powers.
+    /// Powers of the joints.
     Power,
-    /// The distance of two links of the robot.
+    /// The distance between two links of the robot.
     Distance,
-    /// The floor.
+    /// The distance of links from the floor.
     Floor,
-    /// A wall, or the side of a box.
+    /// The distance of links from a wall or a side of a box.
     Region,
-    /// The path to the first pose, and from the last pose.
+    /// The paths of the robot to the first pose and from the last pose of a motion.
     Approach,
     /// Errors of the robot for which the proof has no margin.
     Margin,
 }
 
-/// The reason why a requirement is left out.
+/// The reason why the proof does not cover a requirement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOutReason {
-    /// It is assumed to hold.
+    /// The requirement is assumed to hold.
     Assumed {
         /// The assumption, as a clause.
         what: String,
-        /// Its source: `the user`, `default`.
+        /// The source of the assumption: `the user`, `default`.
         by: String,
     },
-    /// It was not checked.
+    /// The requirement was not checked.
     NotLookedAt {
         /// The reason, as a clause.
         why: String,
@@ -44,29 +44,29 @@ pub enum LeftOutReason {
     },
 }
 
-/// A requirement that no proof covers.
+/// A requirement that the proof does not cover, with its reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeftOut {
-    /// Its topic.
+    /// The topic of the requirement.
     pub matter: LeftOutTopic,
-    /// Pairs of links, links or coordinates by name; empty: all of them.
+    /// Names of the coordinates, links or pairs of links that it concerns. Empty: all of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
-    /// The reason.
+    /// The reason why it is not covered.
     pub why: LeftOutReason,
-    /// Whether the user asked for it.
+    /// Whether the user requested the check of this requirement.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_asked: bool,
 }
 
 impl LeftOut {
-    /// A requirement that is assumed to hold.
+    /// Makes a requirement that is assumed to hold. `what`: the assumption as a clause; `by`: its source.
     pub fn assumed(matter: LeftOutTopic, of: Vec<String>, what: impl Into<String>, by: impl Into<String>) -> LeftOut {
         LeftOut { matter, of, why: LeftOutReason::Assumed { what: what.into(), by: by.into() }, is_asked: false }
     }
 
-    /// A requirement that was not checked.
+    /// Makes a requirement that was not checked. `why`: the reason as a clause; `would_tell`: data that would allow the check.
     pub fn not_looked_at(
         matter: LeftOutTopic,
         of: Vec<String>,
@@ -77,7 +77,7 @@ impl LeftOut {
         LeftOut { matter, of, why, is_asked: false }
     }
 
-    /// The path to the first pose and from the last pose, which is no part of a motion.
+    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. A motion does not contain them.
     pub fn approach() -> LeftOut {
         LeftOut::not_looked_at(
             LeftOutTopic::Approach,
@@ -87,7 +87,7 @@ impl LeftOut {
         )
     }
 
-    /// Whether the user asked for it and it was not checked.
+    /// Whether the user requested the check, but it was not done.
     pub fn is_owed(&self) -> bool {
         self.is_asked && matches!(self.why, LeftOutReason::NotLookedAt { .. })
     }

@@ -2,19 +2,20 @@
 //!
 //! | outcome | says | carries | level of evidence |
 //! |---|---|---|---|
-//! | proven | for every state or instant | the bound, and what derives it again | `Proven` |
-//! | agrees | these data would have shown a fault of this size | the smallest such fault | `Agreed` |
-//! | assumed | what was taken for true | by whom | `Assumed` |
-//! | cannot tell, not looked at | why | what would decide it | `Open` |
-//! | contradicted | what is wrong | the remedy, and what it changed where it was tried | `Refused` |
+//! | proven | it holds for every state or instant | the bound, and the method that derives it again | `Proven` |
+//! | agrees | the data show no fault | the smallest fault that they would have shown | `Agreed` |
+//! | assumed | it is taken for true | the assumption and its source | `Assumed` |
+//! | cannot tell, not looked at | the data do not decide it; it was not checked | the reason, and data that would decide it |
+//! `Open` |
+//! | contradicted | there is a fault | the fault, its remedy, and the effect of the remedy if it was tried | `Refused` |
 //!
-//! A [`Purpose`] needs some subjects, and [`worst`] is the rule for it: the lowest level of evidence among the claims about
-//! them. A needed subject without a claim is open. Exit code, trust and "proven" follow only from this level. Claims about
-//! other subjects do not lower it.
+//! A [`Purpose`] needs claims about certain subjects. [`worst`] gives its level of evidence: the lowest level among these
+//! claims. A needed subject without a claim counts as open. The exit code, the trust and the word "proven" follow only from this
+//! level. Claims about other subjects do not lower it.
 //!
-//! A claim without evidence cannot be made: an outcome does not compile without its evidence. An empty text or a figure that
-//! is no finite number is no evidence; [`Claim::new`] turns it into "cannot tell". Claims are written and never read, because
-//! the claims in a file prove nothing.
+//! A claim cannot be made without evidence: an outcome without the fields of its evidence does not compile. An empty text or a
+//! number that is not finite is not evidence, and [`Claim::new`] replaces it by "cannot tell". Claims are written to files but
+//! never read from them, because a claim in a file proves nothing.
 //!
 //! ```
 //! use claims::{Claim, Figure, Outcome, Subject, Topic};
@@ -32,8 +33,8 @@
 //! let claim = Claim { subject: Subject::of(Topic("zero"), ["q2"]), outcome };
 //! ```
 //!
-//! Not here: any check. The crate knows neither robots nor flags; the program that prints a remedy spells its fields for the
-//! user.
+//! The checks are in other crates. This crate does not know robots or command-line flags; the program that prints a remedy
+//! translates its fields for the user.
 
 #![warn(missing_docs)]
 

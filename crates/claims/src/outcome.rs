@@ -11,52 +11,52 @@ use crate::remedy::{Remedy, Trial};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum Outcome {
-    /// It holds for every state or instant.
+    /// The statement holds for every state or instant.
     Proven {
         /// The proven bound.
         bound: Bound,
-        /// The method that derives it again, as a noun: `interval arithmetic over each period`.
+        /// The method that derives the bound again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
-    /// These data would have shown a fault.
+    /// The data agree: they would have shown a fault of the size `smallest`.
     Agrees {
-        /// The smallest fault that would have been detected, at each joint of the subject. Infinite where no fault would be.
+        /// The smallest fault that the check would have detected at each joint of the subject. Infinite if it would detect none.
         smallest: Figure,
     },
-    /// It is assumed to hold.
+    /// The statement is assumed to hold.
     Assumed {
         /// The assumption, as a clause: `the base does not move`.
         what: String,
-        /// Its source: `the description`, `the user`, `default`.
+        /// The source of the assumption: `the description`, `the user`, `default`.
         by: String,
     },
-    /// The data do not decide it.
+    /// The data do not decide whether the statement holds.
     CannotTell {
         /// The reason, as a clause: `these joints carry too little gravity`.
         why: String,
         /// Data that would decide it, as a noun: `a log in which the shoulder moves`.
         would_tell: String,
     },
-    /// It was not checked.
+    /// The statement was not checked.
     NotLookedAt {
         /// The reason, as a clause: `the mesh of l3 cannot be read`.
         why: String,
         /// Data that would allow the check, as a noun.
         would_tell: String,
     },
-    /// Something is wrong.
+    /// The check found a fault.
     Contradicted {
         /// The fault, as a clause: `it is off by 3 deg`.
         fault: String,
         /// The request that removes the fault.
         remedy: Remedy,
-        /// Whether the remedy was tried.
+        /// Whether the remedy was tried, and its effect.
         trial: Trial,
     },
 }
 
 impl Outcome {
-    /// Whether no text is empty, and each figure is a finite number.
+    /// Whether the outcome has its evidence: no text is empty, and each number is finite and has a unit.
     pub(crate) fn has_evidence(&self) -> bool {
         let says = |texts: &[&String]| texts.iter().all(|text| !text.trim().is_empty());
         let has_figure = |figure: &Figure| figure.value.is_finite() && says(&[&figure.unit]);

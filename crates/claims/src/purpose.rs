@@ -1,49 +1,49 @@
-//! Purposes of a user, and the subjects that each purpose needs.
+//! Purposes of a user, such as gravity compensation, and the subjects of claims that each purpose needs.
 
 use crate::claim::Claim;
 use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A subject that a purpose needs, and the level of evidence that it needs.
+/// A subject about which a purpose needs claims, and the rule by which these claims lower the purpose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
     subject: Subject,
     kind: NeedKind,
 }
 
-/// When a need lowers the level of evidence of its purpose.
+/// The rule by which the claims about a needed subject lower the level of evidence of the purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum NeedKind {
-    /// Where the claims about it are below this level, the purpose is refused; without claims, it is open.
+    /// If a claim about the subject is below this level, the purpose is refused. Without claims, the subject is open.
     AtLeast(EvidenceLevel),
-    /// Where any claim about it has a low level.
+    /// Every claim about the subject counts. Without claims, nothing is lowered.
     WhereTold,
-    /// Where it is contradicted.
+    /// Only a contradiction of the subject counts.
     Uncontradicted,
 }
 
 impl Need {
-    /// A subject that needs a claim. Where each joint needs a claim, the subject names the joints.
+    /// The purpose needs a claim about `subject`. If each joint needs its own claim, the subject names the joints.
     pub fn new(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::AtLeast(EvidenceLevel::Open) }
     }
 
-    /// A subject that needs this level of evidence, since the user asked for it: below it, the purpose is refused.
+    /// The user requires this level for the claims on `subject`; below it the purpose is refused.
     pub fn at_least(subject: Subject, standing: EvidenceLevel) -> Need {
         Need { subject, kind: NeedKind::AtLeast(standing) }
     }
 
-    /// A subject whose claims all count, and which lowers nothing where it has no claims.
+    /// All claims about `subject` count. Without claims about it, the level of the purpose is not lowered.
     pub fn where_claimed(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::WhereTold }
     }
 
-    /// A subject that must not be contradicted, and which lowers nothing where it is undecided.
+    /// A contradiction of `subject` counts. If it is undecided, the level of the purpose is not lowered.
     pub fn uncontradicted(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::Uncontradicted }
     }
 
-    /// Whether it has a claim, and every joint that it names has one.
+    /// Whether `claims` has a claim about the subject, and one about each joint that the subject names.
     pub(crate) fn has_claims(&self, claims: &[Claim]) -> bool {
         let about = |name: &String| {
             let part = Subject::of(self.subject.topic, [name]);
@@ -52,7 +52,7 @@ impl Need {
         claims.iter().any(|claim| claim.subject().touches(&self.subject)) && self.subject.of.iter().all(about)
     }
 
-    /// Whether a claim prevents the answer yes.
+    /// Whether `claim` is about this subject and so low that the purpose cannot have [`Trust::Yes`](crate::Trust::Yes).
     pub(crate) fn is_lowered_by(&self, claim: &Claim) -> bool {
         let standing = claim.standing();
         let is_low = match self.kind {
@@ -63,7 +63,7 @@ impl Need {
         is_low && claim.subject().touches(&self.subject)
     }
 
-    /// The lowest level of evidence among the claims about the subject.
+    /// The level of evidence of this need: the lowest level among the claims about the subject, by the rule of `kind`.
     pub(crate) fn standing(&self, claims: &[Claim]) -> EvidenceLevel {
         let about = claims.iter().filter(|claim| claim.subject().touches(&self.subject));
         let lowest = about.map(|claim| claim.standing()).min();
@@ -80,7 +80,7 @@ impl Need {
     }
 }
 
-/// A purpose and its needs: at least one, since a purpose without needs would always be proven.
+/// A purpose of the user and its needs. It has at least one, because a purpose without needs would always be proven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Purpose {
     /// The printed name: `gravity compensation`.
@@ -89,12 +89,12 @@ pub struct Purpose {
 }
 
 impl Purpose {
-    /// A purpose with the first of its needs.
+    /// Makes a purpose with its first need.
     pub fn new(name: &'static str, need: Need) -> Purpose {
         Purpose { name, needs: vec![need] }
     }
 
-    /// Adds a need.
+    /// Adds a need to the purpose.
     pub fn and(mut self, need: Need) -> Purpose {
         self.needs.push(need);
         self

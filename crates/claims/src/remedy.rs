@@ -1,4 +1,4 @@
-//! Remedies of contradictions.
+//! Remedies: requests that remove a fault that a check has found.
 
 use std::fmt;
 
@@ -6,24 +6,25 @@ use serde::Serialize;
 
 use crate::figure::Figure;
 
-/// A request that removes a fault: a step, and fields of its request. The program and Python spell them for their users.
+/// A request that removes a fault: a step, and fields of its request. The command line and Python each print the fields in their
+/// own syntax.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// The step: `identify`.
+    /// The name of the step: `identify`.
     pub step: String,
-    /// Fields of its request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
+    /// Names of fields of the request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
     pub fields: Vec<(String, String)>,
-    /// Its effect, as an advice: `let the delay be found`.
+    /// The effect of the remedy, as an advice: `let the delay be found`.
     pub sentence: String,
 }
 
 impl Remedy {
-    /// A step without fields.
+    /// Makes a remedy that runs `step` without fields. `sentence`: its effect, as an advice.
     pub fn new(step: impl Into<String>, sentence: impl Into<String>) -> Remedy {
         Remedy { step: step.into(), fields: Vec::new(), sentence: sentence.into() }
     }
 
-    /// Adds a field.
+    /// Adds a field of the request with its value.
     pub fn with(mut self, field: impl Into<String>, value: impl fmt::Display) -> Remedy {
         self.fields.push((field.into(), value.to_string()));
         self
@@ -37,20 +38,20 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// Whether a remedy was tried.
+/// Whether a remedy was tried, and its effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trial {
-    /// It was tried, and changed a quantity.
+    /// The remedy was tried: a quantity before and after it.
     Tried {
         /// The compared quantity: `residual`.
         quantity: String,
-        /// Its value without the remedy.
+        /// The value of the quantity without the remedy.
         before: Figure,
-        /// Its value with the remedy.
+        /// The value of the quantity with the remedy.
         after: Figure,
     },
-    /// It was not tried.
+    /// The remedy was not tried.
     NotTried {
         /// The reason, as a clause: `it needs another log`.
         why: String,

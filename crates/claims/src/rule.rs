@@ -1,17 +1,17 @@
-//! The rule: the worst claim among the needs of a purpose decides.
+//! The rule for a purpose: the worst claim about a needed subject decides.
 
 use crate::claim::Claim;
 use crate::purpose::Purpose;
 use crate::standing::EvidenceLevel;
 
-/// The lowest level of evidence among the needs of a purpose.
+/// The level of evidence of a purpose: the lowest level among its needs.
 ///
-/// A further claim never raises it, except the first claim about a subject.
+/// An additional claim never raises this level, except the first claim about a needed subject.
 pub fn worst(claims: &[Claim], purpose: &Purpose) -> EvidenceLevel {
     purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(EvidenceLevel::Open)
 }
 
-/// The claims that prevent the answer yes for a purpose.
+/// The claims because of which a purpose does not have [`Trust::Yes`](crate::Trust::Yes).
 pub fn lowering<'a>(claims: &'a [Claim], purpose: &Purpose) -> Vec<&'a Claim> {
     let is_low = |claim: &&Claim| purpose.needs.iter().any(|need| need.is_lowered_by(claim));
     claims.iter().filter(is_low).collect()
@@ -30,7 +30,7 @@ mod tests {
     const ZERO: Topic = Topic("zero");
     const FLOOR: Topic = Topic("floor");
 
-    /// All outcomes, from proven to contradicted.
+    /// One outcome of each kind, from proven to contradicted.
     fn outcomes() -> [Outcome; 6] {
         let (figure, text) = (|| Figure::new(1.0, "m"), || "a text".to_string());
         let trial = Trial::NotTried { why: text() };

@@ -8,32 +8,32 @@ use crate::outcome::Outcome;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EvidenceLevel {
-    /// Something is contradicted, or below the level that the user asked for.
+    /// A needed claim is contradicted, or below the level that the user requires.
     Refused,
-    /// Something cannot be determined, or was not checked.
+    /// A needed subject is undecided or was not checked.
     Open,
-    /// Something is assumed.
+    /// A needed claim is an assumption.
     Assumed,
-    /// The data agree.
+    /// The data agree with all needed claims.
     Agreed,
-    /// All is proven.
+    /// All needed claims are proven.
     Proven,
 }
 
-/// Whether to use what was found.
+/// The answer to the question whether the user may use a result for his purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trust {
-    /// Something says no.
+    /// A needed claim is contradicted or below the required level.
     No,
-    /// Something is open or assumed.
+    /// A needed claim is open or assumed.
     WithCare,
-    /// All that is needed agrees or is proven.
+    /// All needed claims agree or are proven.
     Yes,
 }
 
 impl Trust {
-    /// The answer in words.
+    /// The printed answer.
     pub fn word(self) -> &'static str {
         match self {
             Trust::Yes => "yes",
@@ -54,7 +54,7 @@ impl EvidenceLevel {
         }
     }
 
-    /// Whether to use what was found.
+    /// Whether the user may use a result with this level of evidence.
     pub fn trust(self) -> Trust {
         match self {
             EvidenceLevel::Refused => Trust::No,
@@ -63,12 +63,12 @@ impl EvidenceLevel {
         }
     }
 
-    /// Whether "proven" may be said.
+    /// Whether the result may be called "proven".
     pub fn is_proven(self) -> bool {
         self == EvidenceLevel::Proven
     }
 
-    /// The exit code of the program.
+    /// The exit code of the program: 1 if the level is `Refused`, else 0.
     pub fn exit_code(self) -> u8 {
         u8::from(self == EvidenceLevel::Refused)
     }

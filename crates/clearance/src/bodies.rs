@@ -1,8 +1,8 @@
 //! The convex solids that a robot's links consist of.
 //!
-//! Each link of the file with collision geometry is a body, also where the file fixes it to another link. Where neither a moving
-//! link nor the links fixed to it have any, they are one body of points: the origins of their frames. These points are enough for
-//! a box that a tool must stay in, but not for a distance between links.
+//! Each link of the file with collision geometry is a body, even if a fixed joint connects it to another link. If neither a
+//! moving link nor the links fixed to it have collision geometry, they form one body of points: the origins of their frames.
+//! These points are enough to keep a tool inside a box, but not for the distance between two links.
 
 use std::path::Path;
 
@@ -12,37 +12,38 @@ use crate::mesh::{mesh_path, vertices};
 use crate::solid::{Core, Solid};
 use robot::vector::Vector3;
 
-/// A solid of a body.
+/// One convex solid of a body.
 #[derive(Clone, Debug)]
 pub struct BodyShape {
     /// The solid in its own frame.
     pub solid: Solid,
     /// Pose of the solid's frame in the frame of the link that carries it.
     pub pose: Pose,
-    /// Centre of a ball that contains the solid, in the frame of the link, m.
+    /// Centre of a ball that contains the solid (bounding ball), in the frame of the link, m.
     pub centre: Vector3,
-    /// Radius of this ball, m.
+    /// Radius of the bounding ball, m.
     pub ball: f64,
-    /// Largest distance of its points from the axis of the joint that carries it, m.
+    /// Largest distance of a point of the solid from the axis of the joint that carries the link, m.
     pub max_axis_distance: f64,
 }
 
-/// A link of the file.
+/// A link of the file as a body: its shapes and the moving link that carries it.
 #[derive(Clone, Debug)]
 pub struct FileLink {
-    /// Its name in the file.
+    /// Name of this link in the file.
     pub name: String,
-    /// The moving link that it is or is fixed to, by its name in the file; `base` for the base.
+    /// Name in the file of the moving link that carries this link: the link itself, or the link it is fixed to; `base`
+    /// for the base.
     pub carrier: String,
-    /// Index of the link that carries it; `None` for the base.
+    /// Index of the moving link that carries this link; `None` for the base.
     pub link: Option<usize>,
-    /// Its shapes; empty if its shape is unknown.
+    /// The solids of this link; empty if its shape is unknown.
     pub shapes: Vec<BodyShape>,
-    /// Whether the file describes a shape; otherwise points represent it.
+    /// Whether the file describes a shape of this link. If not, points represent the link.
     pub has_geometry: bool,
-    /// The reasons for missing shapes.
+    /// For each shape that is missing, the reason.
     pub missing: Vec<String>,
-    /// For a body of points: the frames with these origins, in their order.
+    /// For a body of points: the name of the frame of each point, in the order of `shapes`. Otherwise empty.
     pub frames: Vec<String>,
 }
 
@@ -55,7 +56,8 @@ impl BodyShape {
     }
 }
 
-/// The bodies of the base, then of every link, in order; `directory`: directory of the description, where meshes are searched.
+/// All bodies of a robot: of the base, then of each link in order. `directory`: folder of the description; meshes
+/// are searched there.
 pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     let mut found = carried("base", None, &robot.base.collisions, &[], directory);
     for (j, link) in robot.links.iter().enumerate() {
@@ -66,7 +68,7 @@ pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     found
 }
 
-/// The bodies of one link, which move together.
+/// The bodies that one moving link (or the base) carries. They move together.
 fn carried(
     carrier: &str,
     link: Option<usize>,
@@ -83,7 +85,7 @@ fn carried(
         missing: vec![],
         frames: vec![],
     };
-    // One body per link of the file, of all its shapes; a mesh that cannot be read is missing.
+    // Each link of the file becomes one body with all its shapes. A mesh that cannot be read is listed in `missing`.
     let mut found: Vec<FileLink> = Vec::new();
     for collision in given {
         let at = found.iter().position(|b| b.name == collision.link).unwrap_or_else(|| {
@@ -95,7 +97,7 @@ fn carried(
             Err(why) => found[at].missing.push(why),
         }
     }
-    // No link has a shape: one body of points, the origins of all frames.
+    // No link has a shape: one body of points is made from the origins of all frames.
     if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
         let points = frames.iter().map(|(_, pose)| BodyShape::new(point(), *pose)).collect();
@@ -105,10 +107,10 @@ fn carried(
     found
 }
 
-/// Largest coordinate of a vertex in its link's frame, m.
+/// Largest allowed coordinate of a mesh vertex in the frame of its link, m.
 const FARTHEST_POINT_M: f64 = 100.0;
 
-/// The solid of a shape; the error gives the reason why there is none.
+/// Converts a collision shape to a solid. The error text gives the reason why this is not possible.
 pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
     match &collision.shape {
         CollisionShape::Unread { reason } => Err(reason.clone()),
@@ -122,9 +124,9 @@ pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, St
     }
 }
 
-/// The vertices of a mesh in the link's frame, m.
+/// Scales the vertices of a mesh; the result is in the frame of its link, m.
 ///
-/// Fails where one is beyond `FARTHEST_POINT_M`: such a body belongs to no robot, and a proof of its gaps would not end.
+/// Fails if a coordinate exceeds `FARTHEST_POINT_M`: no robot has such a body, and the proof of its gaps would not end.
 fn scaled(points: &[Vector3], scale: &Vector3) -> Result<Vec<Vector3>, String> {
     let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
     match points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {

@@ -1,32 +1,32 @@
-//! Position errors of bodies relative to the joints' positions, and the part of a gap that they use up.
+//! Position errors of bodies and joints, and the loss of clearance that they cause.
 //!
-//! A gap of two bodies loses 2 c + sum of R_j e_j, a gap of a body to a half-space loses c + sum of R_j e_j: c is the largest
-//! error of a point of a body, e_j the largest error of joint j, and R_j the largest speed of the body per speed of that joint,
+//! A gap between two bodies loses 2 c + sum of R_j e_j. A gap between a body and a half-space loses c + sum of R_j e_j. c:
+//! largest error of a point of a body. e_j: largest error of joint j. R_j: largest speed of the body per speed of joint j,
 //! at any configuration.
 
 use crate::clearance::Clearance;
 
-/// Position errors of bodies and joints.
+/// The largest position errors of the bodies and of the joints.
 #[derive(Clone, Debug, Default)]
 pub struct BodyErrors {
-    /// Largest error of each joint's position, rad (m); empty: no errors.
+    /// Largest error of the position of each joint, rad (m). Empty: no errors.
     pub joints: Vec<f64>,
-    /// Largest distance of each coordinate from zero, rad (m).
+    /// Largest absolute value of each coordinate, rad (m).
     pub farthest: Vec<f64>,
-    /// Largest error of the position of a point of a body, m.
+    /// Largest position error of a point of a body relative to its link, m.
     pub bodies: f64,
 }
 
 impl BodyErrors {
-    /// Whether any error is given.
+    /// Whether any error is larger than zero.
     pub(crate) fn is_any(&self) -> bool {
         self.bodies > 0.0 || self.joints.iter().any(|by| *by > 0.0)
     }
 }
 
 impl Clearance {
-    /// Adds the largest rates of the gaps. Raises each bound by the errors: of both bodies of a pair, and of joints times the
-    /// rates of the bodies at any configuration.
+    /// Computes the largest rates of the gaps. Then raises the bound of each gap by the position errors: the errors of the
+    /// bodies, plus each joint error times the largest rate of the gap with this joint.
     pub(crate) fn with_rates(mut self, errors: &BodyErrors) -> Clearance {
         self.rates = self.rates(&self.given_ranges);
         let far = |k: usize| errors.farthest.get(k).copied().unwrap_or(0.0) + errors.joints.get(k).unwrap_or(&0.0);
@@ -73,7 +73,7 @@ mod tests {
                 most = most.max(lost / gap.margin);
             }
         }
-        // The margin is at most a few times the loss.
+        // The margin is at most a few times the loss due to the errors.
         assert!(most > 0.3, "{most}");
         assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
     }

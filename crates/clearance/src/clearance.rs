@@ -1,17 +1,17 @@
-//! The gaps that a robot must keep: between its own links, and to half-spaces.
+//! The gaps (distances) that a robot must keep: between its own links, and to half-spaces.
 //!
-//! Near a configuration q, while every coordinate stays within s of it, a gap certainly stays above
+//! Let each coordinate change by at most a given spread from the configuration q. Then the distance of two bodies is at least
 //!
 //! ```text
 //! d(q) - sum over the joints between the two bodies of |dq_j| R_j
 //! ```
-//! |dq_j| is the largest motion of joint j, and R_j is the largest distance of a point of the body from its axis. Let the joints
-//! move one after the other, the outermost first. The inner joints then are still at q, so R_j is the distance at q plus the
-//! motion due to the outer joints. A joint that slides has R_j = 1. Along the normal n of a half-space a point moves by this
-//! times |n x z_j|, with z_j the axis, or times |n . z_j| where the joint slides. So a joint that turns about the normal changes
-//! nothing.
+//! d(q): the distance at q. |dq_j|: largest motion of joint j. R_j: largest distance of a point of the body from the axis of
+//! joint j; 1 for a prismatic joint. The proof moves the joints one after the other, the outermost first. The inner joints
+//! are then still at q, so R_j is the distance at q plus the motion due to the outer joints. Along the normal n of a
+//! half-space, a point moves by R_j |n x z_j| for a revolute joint and by |n . z_j| for a prismatic joint, z_j: the joint
+//! axis. So a joint that turns about the normal does not change the distance to the half-space.
 //!
-//! Not here: the list of gaps of a robot ([`crate::gaps`]), and the configurations along a motion.
+//! Not here: the list of the gaps of a robot ([`crate::gaps`]), and the configurations along a motion.
 
 use robot::{JointKind, Pose};
 
@@ -23,29 +23,29 @@ use crate::solid::Core;
 use claims::LeftOut;
 use robot::vector::{Vector3, cross, dot, minus, norm, plus, turned};
 
-/// A distance with a lower bound.
+/// A distance that the robot must keep: between two bodies, or between a body and a half-space.
 #[derive(Clone, Debug)]
 pub struct Gap {
-    /// `forearm and base`, or `forearm at the floor`.
+    /// Name of the gap: `forearm and base`, or `forearm at the floor`.
     pub subject: String,
-    /// Whether both sides are links of the robot.
+    /// Whether both bodies belong to the robot.
     pub is_own: bool,
-    /// Lower bound of the distance including the margin, m.
+    /// Required least distance including the margin, m.
     pub bound: f64,
-    /// Part of the bound for errors of joints and bodies, m.
+    /// Share of `bound` that covers the errors of joints and bodies, m.
     pub margin: f64,
-    /// Distance above the bound that a search keeps for the motion between its instants, m.
+    /// Additional distance above the bound, m. A search keeps it, because it checks a motion only at some instants.
     pub reserve: f64,
-    /// The moving links, by name, that carry the two bodies; for a gap of one body its link twice.
+    /// Names of the moving links that carry the two bodies. A gap to a half-space has the same name twice.
     pub carriers: [String; 2],
-    /// Index of the body, and of its shapes.
+    /// Index of the body, and indices of its shapes.
     pub(crate) body: usize,
     pub(crate) shapes: Vec<usize>,
     pub(crate) against: Against,
-    /// Links with joints that move the body relative to the other, the outermost first; and links with joints that move the other
-    /// body.
+    /// Links with joints that move the body relative to the other body, the outermost first; then the links with joints that
+    /// move the other body.
     pub(crate) joints: [Vec<usize>; 2],
-    /// Whether no pose changes it: it needs no margin.
+    /// Whether the distance is the same in all poses. Then it needs no margin.
     pub(crate) is_constant: bool,
 }
 
@@ -55,59 +55,59 @@ pub(crate) enum Against {
     HalfSpace(usize),
 }
 
-/// A gap at a configuration and near it.
+/// The distance of a gap at a configuration, and its lower bound near this configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GapRange {
-    /// The gap at the configuration, m; negative where bodies overlap.
+    /// Distance at the configuration, m; negative if the bodies overlap.
     pub reached: f64,
-    /// Lower bound of the gap near the configuration, m.
+    /// Lower bound of the distance near the configuration, m.
     pub at_least: f64,
 }
 
-/// A robot's bodies with the gaps that they must keep.
+/// The bodies of a robot, with the gaps that they must keep.
 pub struct Clearance {
     pub(crate) tree: KinematicTree,
     pub(crate) bodies: Vec<FileLink>,
     pub(crate) half_spaces: Vec<HalfSpace>,
     pub(crate) gaps: Vec<Gap>,
-    /// Largest rates of gaps, by gap and coordinate, m/rad (m/m).
+    /// Largest rate of change of each gap with each coordinate, m/rad (m/m): `rates[gap][coordinate]`.
     pub(crate) rates: Vec<Vec<f64>>,
-    /// Largest distance of each coordinate from zero for these rates, rad (m).
+    /// Largest absolute value of each coordinate for which `rates` holds, rad (m).
     pub(crate) given_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
-    /// Bodies with cut meshes, and the number of shapes of each.
+    /// Names of the bodies with meshes that were cut into pieces, each with its number of shapes.
     pub(crate) cut_bodies: Vec<(String, usize)>,
 }
 
-/// Allowance, with room to spare, for the rounding of positions a few metres from the base and of distances, m.
+/// Allowance for the rounding of positions a few metres from the base and of distances, m. It is larger than needed.
 pub(crate) const PLACE_ROUNDING_M: f64 = 1e-9;
-/// Allowance for the rounding of the sine between an axis and a normal.
+/// Allowance for the rounding of the sine of the angle between a joint axis and a normal.
 const PARALLEL_ROUNDING: f64 = 1e-12;
 
 impl Clearance {
-    /// The gaps, in a fixed order.
+    /// All gaps, in a fixed order.
     pub fn gaps(&self) -> &[Gap] {
         &self.gaps
     }
 
-    /// Gaps and bodies that are not checked.
+    /// The gaps and bodies that are not checked, with reasons.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
 
-    /// The coordinates that change a gap.
+    /// Indices of the coordinates that change the gap with this index.
     pub fn moved_by(&self, gap: usize) -> Vec<usize> {
         let rates = self.rates.get(gap).into_iter().flatten();
         rates.enumerate().filter(|(_, rate)| **rate > 0.0).map(|(k, _)| k).collect()
     }
 
-    /// Height of the floor, m: the requested one, or the floor of the base.
+    /// Height of the floor, m: the requested height, or the height of the plane of the base. `None` without a floor.
     pub fn floor(&self) -> Option<f64> {
         self.floor
     }
 
-    /// The lowest point of the bodies that move, m, and the name of its body; `None` where there are none.
+    /// Height of the lowest point of the moving bodies, m, and the name of its body. `None` if no body moves.
     pub fn lowest(&self, q: &[f64]) -> Option<(f64, &str)> {
         let poses = self.tree.poses(q);
         let heights = self.bodies.iter().filter(|b| b.link.is_some()).flat_map(|body| {
@@ -117,12 +117,12 @@ impl Clearance {
         heights.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The bodies with meshes that were cut for lack of room, by name, with the number of convex shapes of each.
+    /// Names of the bodies with meshes that were cut to get more clearance, each with its number of convex shapes.
     pub fn cut_bodies(&self) -> &[(String, usize)] {
         &self.cut_bodies
     }
 
-    /// Largest excess of a body over the hull of its mesh, m, with the body's name; `None` where there is no mesh.
+    /// Largest distance by which a body exceeds the hull of its mesh, m, and the name of the body. `None` if there is no mesh.
     pub fn mesh_error(&self) -> Option<(f64, &str)> {
         let of = |body: &FileLink| {
             let hulls = body.shapes.iter().filter(|shape| matches!(shape.solid.core, Core::Hull(_)));
@@ -132,7 +132,7 @@ impl Clearance {
         all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The joints from `a` inward to the link that carries both `a` and `b`, the outermost first; and the joints from `b`.
+    /// The joints from link `a` inward to the link that carries both `a` and `b`, the outermost first; then the joints from `b`.
     pub(crate) fn between(&self, a: Option<usize>, b: Option<usize>) -> [Vec<usize>; 2] {
         let (a, b) = (self.tree.inward(a), self.tree.inward(b));
         let common = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
@@ -149,7 +149,8 @@ impl Clearance {
         body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
-    /// Largest displacement of a shape while joints move by `spread` of their coordinates, m; along `normal` only, if given.
+    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: only the
+    /// component along it.
     fn displacement(
         &self,
         joints: &[usize],
@@ -167,7 +168,7 @@ impl Clearance {
                 JointKind::Fixed => continue,
                 JointKind::Prismatic => by,
                 JointKind::Revolute => {
-                    // A shape keeps its distance from the axis of the joint that carries it.
+                    // The distance of a shape from the axis of the joint that carries it is constant.
                     let from_axis = norm(cross(z, minus(centre, poses[j].position))) + shape.ball;
                     let radius = if k == 0 { shape.max_axis_distance.min(from_axis) } else { from_axis + moved };
                     by * radius
@@ -176,18 +177,18 @@ impl Clearance {
             moved += step;
             along += normal.map_or(step, |n| match self.tree.kind(j) {
                 JointKind::Prismatic => step * dot(n, z).abs(),
-                // The sine plus an allowance, so that rounding does not make an oblique axis parallel.
+                // The allowance is added because rounding must not make an oblique axis parallel to the normal.
                 _ => step * (norm(cross(n, z)) + PARALLEL_ROUNDING),
             });
         }
         along
     }
 
-    /// A gap with the links at `poses`, and its lower bound while coordinates move by `spread`.
+    /// The distance of a gap for link poses `poses`, and its lower bound while each coordinate moves by at most `spread`.
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> GapRange {
         let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];
-        // Without a spread nothing moves, and the bound is the gap itself.
+        // Without a spread nothing moves, so the lower bound equals the distance.
         let moved = |joints: &[usize], centre: Vector3, shape: &BodyShape, normal: Option<Vector3>| match spread {
             [] => 0.0,
             spread => self.displacement(joints, centre, shape, poses, spread, normal),
@@ -203,14 +204,15 @@ impl Clearance {
             let shape = &body.shapes[s];
             let centre = self.centre(body, shape, poses);
             match gap.against {
-                // The lowest point along the normal, minus the displacement of the shape along it.
+                // Height of the lowest point of the shape along the normal; the bound subtracts the displacement
+                // along the normal.
                 Against::HalfSpace(wall) => {
                     let HalfSpace { normal, offset, .. } = self.half_spaces[wall];
                     let at = self.standing(body, shape, poses).least_along(normal) - offset;
                     take(at, at - moved(&gap.joints[0], centre, shape, Some(normal)));
                 }
                 Against::Body(other) => {
-                    // The distance of two shapes, minus the displacements of both due to their joints.
+                    // Distance of two shapes; the bound subtracts the displacements of both shapes.
                     let other = &self.bodies[other];
                     let own = moved(&gap.joints[0], centre, shape, None);
                     for opposite in &other.shapes {
@@ -225,7 +227,8 @@ impl Clearance {
         room
     }
 
-    /// The gaps `which` at `q`, and their lower bounds while each coordinate stays within `spread` of it.
+    /// The distances of the gaps with indices `which` at `q`, and lower bounds while each coordinate stays within
+    /// `spread` of `q`.
     pub fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapRange> {
         let poses = self.tree.poses(q);
         which.iter().map(|&g| self.apart(&self.gaps[g], &poses, Some(spread))).collect()

@@ -1,7 +1,7 @@
-//! Pairs of bodies with little room: their meshes are cut into convex pieces where this gives them more room.
+//! Pairs of bodies with little clearance. Their meshes are cut into convex pieces if this gives them more clearance.
 //!
-//! One hull for a mesh is enough for most bodies, and makes a proof cheapest. But the hull of a bent link may contain bodies that
-//! only pass by.
+//! One convex hull per mesh is enough for most bodies, and makes a proof fastest. But the hull of a bent link also contains
+//! the space inside the bend, through which other bodies may pass.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,19 +15,20 @@ use crate::pieces::{Triangle, pieces};
 use crate::sampled_room::SampledRoom;
 use crate::solid::Solid;
 
-/// A pair with little room.
+/// A pair of bodies with little clearance.
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// Room from which a pair is not crowded, m.
+    /// Clearance from which a pair does not count as crowded, m.
     enough: f64,
 }
 
-/// Least ratio of the room after a cut to the room before, for the cut to stay: more shapes slow down every proof.
+/// Least ratio of the clearance after a cut to the clearance before. Below this ratio the cut is undone, because more shapes
+/// slow down every proof.
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// The pair, where it has less room than `enough`, m; or where it has none and more than one joint is between the bodies.
+    /// Returns the pair if its clearance is below `enough`, m, or if it always touches with more than one joint in between.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {
             SampledRoom::Room(room) => room < enough,
@@ -53,7 +54,7 @@ impl Crowded {
 }
 
 impl Clearance {
-    /// Cuts the meshes of these pairs where this gives one of them more room; whether any body stays cut.
+    /// Cuts the meshes of these pairs, and keeps a cut if it gives a pair more clearance. Returns whether any body stays cut.
     pub(crate) fn cut_meshes_of(
         &mut self,
         robot: &Robot,
@@ -81,7 +82,7 @@ impl Clearance {
     }
 }
 
-/// The shapes of a body with cut meshes; `None` where no mesh has several pieces, or their faces cannot be read.
+/// The shapes of a body after its meshes are cut. `None` if no mesh has several pieces, or if the faces cannot be read.
 fn cut_shapes(robot: &Robot, directory: &Path, body: &FileLink) -> Option<Vec<BodyShape>> {
     let given = body.link.map_or(&robot.base.collisions, |j| &robot.links[j].collisions);
     let mut shapes = Vec::new();
@@ -92,7 +93,7 @@ fn cut_shapes(robot: &Robot, directory: &Path, body: &FileLink) -> Option<Vec<Bo
     (shapes.len() > body.shapes.len()).then_some(shapes)
 }
 
-/// The pieces of a mesh; `None` if it has one piece.
+/// Cuts a mesh into pieces and returns the hull of each. `None` if no cut makes the hulls much smaller.
 fn cut_mesh(collision: &Collision, directory: &Path) -> Option<Vec<Solid>> {
     let CollisionShape::Mesh { file, scale } = &collision.shape else { return None };
     let triangles = triangles(&mesh_path(file, directory).ok()?).ok()?;
@@ -134,7 +135,7 @@ mod tests {
         assert_eq!(clearance.cut_bodies(), [("fork".to_string(), 3)]);
         let pair = clearance.gaps().iter().position(|gap| gap.subject == "rod and fork").unwrap();
         let room = clearance.rooms(&[0.0, 0.01], &[0.0; 2], &[pair])[0];
-        // The plate ends at a height of 0.06 m and the rod starts at 0.15 m; the posts are farther away.
+        // The plate ends at a height of 0.06 m and the rod starts at 0.15 m: the distance is 0.09 m. The posts are farther away.
         assert!((room.reached - 0.09).abs() < 1e-6, "{room:?}");
         assert!(clearance.left_out().iter().all(|out| !out.of.contains(&"rod and fork".to_string())));
         std::fs::remove_dir_all(&folder).ok();

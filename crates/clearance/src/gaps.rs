@@ -1,9 +1,9 @@
-//! The gaps that a robot must keep, by rules and by its own shape.
+//! Makes the list of gaps that a robot must keep, from the rules and from the robot's shape.
 //!
-//! Every two links that joints move relative to each other have a gap, neighbours too. Left out are links that touch in nearly
-//! every pose ([`crate::sampled_room`]), pairs that a rule accepts, and links of unknown shape. Where two links have little room,
-//! their meshes are cut into convex pieces (crowded.rs). The floor is the requested one, or the plane of the base where no moving
-//! body is below it at rest.
+//! Every two links that joints move relative to each other have a gap, also neighbours. Exceptions: links that touch in
+//! nearly every pose ([`crate::sampled_room`]), pairs that a rule accepts, and links of unknown shape. The meshes of two
+//! links with little room are cut into convex pieces (crowded.rs). The floor is at the requested height, or else in the plane
+//! of the base if no moving body is below this plane at rest.
 
 use std::path::Path;
 
@@ -17,21 +17,21 @@ pub use crate::rules::{ClearanceRules, FloorRule, Situation};
 use crate::sampled_room::{SampledRoom, always, constant_distance};
 use claims::{LeftOut, LeftOutTopic};
 
-/// The least distance between links of the robot where no other is requested, m.
+/// Least distance between two links of the robot if none is requested, m.
 pub const DEFAULT_DISTANCE_M: f64 = 0.01;
-/// Share of the room of a pair that is its least distance where the default is larger.
+/// If no distance is requested, the least distance of a pair is at most this share of its room.
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// The reserve of a search where there is enough room, m.
+/// Reserve above the bound of a gap that a search keeps if there is enough room, m.
 pub(crate) const RESERVE_M: f64 = 0.004;
-/// Share of the room above the bound that is the reserve where there is less.
+/// If there is less room, the reserve is this share of the room above the bound.
 const RESERVE_SHARE: f64 = 0.25;
-/// The least reserve, m.
+/// Smallest reserve of a gap, m.
 const LEAST_RESERVE_M: f64 = 1e-7;
 
 impl Clearance {
-    /// The gaps that the rules require; `directory`: directory of the description, where meshes are searched.
+    /// All gaps that the rules require. `directory`: folder of the robot description, in which meshes are searched.
     ///
-    /// Fails where a rule names an unknown link, and where a body is beyond a half-space and no joint moves it.
+    /// Fails if a rule names an unknown link, or if a body is beyond a half-space and no joint moves it.
     pub fn new(
         robot: &Robot,
         directory: &Path,
@@ -52,14 +52,14 @@ impl Clearance {
             left_out: vec![],
             cut_bodies: vec![],
         };
-        // a rule on an unknown link or pair is an error, not a rule without effect
+        // a rule about an unknown link or pair is an error: otherwise it would have no effect unnoticed
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
         match rules.own_links {
             true => {
                 clearance.leave_out_unknown_links();
                 let sampled: Vec<Vec<Pose>> = situation.poses.iter().map(|q| clearance.tree.poses(q)).collect();
-                // pairs with little room: all pairs are added again with the cut meshes
+                // pairs with little room have cut meshes now, so all pairs are added again
                 let others = clearance.left_out.len();
                 let crowded = clearance.add_pairs(rules, situation, &sampled);
                 if clearance.cut_meshes_of(robot, directory, &crowded, &sampled) {
@@ -79,14 +79,15 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, rules)?;
         }
-        // the rates need all gaps, and the margins need the rates
+        // the rates need the complete list of gaps, and the margins need the rates
         match (rules.is_over)() {
             true => Err("interrupted before the bodies were looked at".into()),
             false => Ok(clearance.with_rates(&rules.errors)),
         }
     }
 
-    /// No gaps: the motion of joints that are found numerically has no bound.
+    /// A clearance without gaps, for a robot with joints that are solved numerically: the motion of such joints has
+    /// no known bound.
     fn of_numeric_joints(rules: &ClearanceRules) -> Clearance {
         let asked = [
             (LeftOutTopic::Distance, rules.own_links),
@@ -104,7 +105,7 @@ impl Clearance {
         Clearance { tree, bodies, half_spaces, gaps, rates, given_ranges, floor: None, left_out, cut_bodies: vec![] }
     }
 
-    /// Adds every two bodies with a shape that move relative to each other. Returns the pairs with little room.
+    /// Adds a gap for every two bodies with shapes that move relative to each other. Returns the pairs with little room.
     fn add_pairs(&mut self, rules: &ClearanceRules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
         let (mut touching, mut near, mut constant, mut crowded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
@@ -117,7 +118,7 @@ impl Clearance {
                 if !is_known(body) || !is_known(other) {
                     continue;
                 }
-                // Two links that no free joint moves relative to each other keep their distance.
+                // If no free joint moves two links relative to each other, their distance is constant and not checked.
                 let joints = self.between(body.link, other.link);
                 if !joints.iter().flatten().any(|&j| self.turns(j, &situation.moves)) {
                     continue;
@@ -143,10 +144,10 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // where the sampled room exceeds `enough`, its value does not matter for the bound
+                // if the sampled room exceeds `enough`, its exact value does not change the bound
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
-                // The two sides of one joint keep their distance at every angle, and nothing increases it.
+                // The distance between the two sides of one joint is the same at every angle, and no motion increases it.
                 let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
                 crowded.extend(Crowded::of(&gap, found, enough));
                 match found {
@@ -170,13 +171,14 @@ impl Clearance {
         crowded
     }
 
-    /// Whether a coordinate that moves also moves a joint.
+    /// Whether a joint moves with one of the moving coordinates; `moves`: whether each coordinate moves.
     fn turns(&self, joint: usize, moves: &[bool]) -> bool {
         self.tree.kind(joint) != JointKind::Fixed && self.tree.terms(joint).iter().any(|(k, m)| *m != 0.0 && moves[*k])
     }
 }
 
-/// The bound of a pair with this room, m. Where no distance is requested, it is a share of the room.
+/// The least distance of a pair with the given room, m. It is at most a share of the room if no distance is requested or if
+/// the distance of the pair is constant.
 fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
@@ -185,7 +187,7 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// Room from which the bound is always the same, m: larger rooms need not be distinguished.
+/// The room above which the bound of a pair no longer depends on the room, m. Larger rooms need not be measured exactly.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
@@ -199,7 +201,7 @@ pub(crate) mod tests {
     use crate::half_space::HalfSpace;
     use crate::nearby::InstantCache;
 
-    /// Two links of one metre, 5 cm thick, that turn about z in a plane, on a post.
+    /// An arm on a post: two links of radius 5 cm that turn about z, 1 m and 0.8 m long, and a hand that turns about y.
     pub(crate) const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
   <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
@@ -222,14 +224,14 @@ pub(crate) mod tests {
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
-    /// Poses on a grid of angles that is not aligned with the arm.
+    /// A test situation with 1000 poses spread over the joint ranges.
     pub(crate) fn situation() -> Situation {
         let angle = |k: usize, step: f64| 3.0 * (2.0 * (k as f64 * step).fract() - 1.0);
         let poses = (0..1000).map(|k| vec![angle(k, 0.618), angle(k, 0.414), angle(k, 0.732)]).collect();
         Situation { rest: vec![0.0; 3], zero: vec![0.0; 3], moves: vec![true; 3], poses }
     }
 
-    /// A distance and a floor.
+    /// Rules with a least distance between links and a floor.
     fn rules(distance: f64) -> ClearanceRules {
         ClearanceRules { distance: Some(distance), floor: FloorRule::At(-0.15), ..ClearanceRules::default() }
     }
@@ -238,7 +240,7 @@ pub(crate) mod tests {
     fn gaps_of_an_arm_are_those_of_geometry() {
         let clearance = clearance(&rules(0.02)).unwrap();
         let subjects: Vec<&str> = clearance.gaps().iter().map(|g| g.subject.as_str()).collect();
-        // Of the joints that turn about z, only the hand's joint comes nearer to the floor.
+        // All joints turn about z except the joint of the hand: only the hand comes nearer to the floor.
         assert_eq!(subjects, ["fore and post", "hand and post", "hand and upper", "hand at the floor"]);
         let joined = ["upper and post", "fore and upper", "hand and fore"].map(String::from).to_vec();
         let what = "they touch in 99 % of 1000 poses, so that no motion parts them";
@@ -247,10 +249,10 @@ pub(crate) mod tests {
         let rooms = clearance.rooms(&[0.3, 0.0, 0.0], &[0.0; 3], &[0, 1, 2, 3]);
         let expected = [1.0 - 0.1 - 0.05, 1.8 - 0.1, 0.8 - 0.05, 0.15 - 0.01];
         for (room, expected) in rooms.iter().zip(expected) {
-            // A search for the nearest points ends within 1e-8 of them.
+            // A search for the nearest points is accurate to 1e-8 m.
             assert!((room.reached - expected).abs() < 1e-7 && (room.at_least - expected).abs() < 1e-7, "{room:?}");
         }
-        // Folded back: the hand lies on the post.
+        // The arm is folded back, and the hand lies on the post.
         let rooms = clearance.rooms(&[0.0, std::f64::consts::PI, 0.0], &[0.0; 3], &[0, 1]);
         assert!((rooms[0].reached - (0.2 - 0.15)).abs() < 1e-7 && rooms[1].reached < 0.0, "{rooms:?}");
     }
@@ -271,7 +273,7 @@ pub(crate) mod tests {
                         assert!(there.reached >= proved.at_least, "{proved:?} {there:?}");
                     }
                 }
-                // No joint is farther than 2.1 m from any point it moves, and three of them move.
+                // No joint is farther than 2.1 m from a point that it moves, and three joints move: 3 * 2.1 m = 6.3 m.
                 assert!(proved.iter().all(|r| r.reached - r.at_least < 6.3 * spread + 1e-6), "{proved:?}");
             }
         }
@@ -300,10 +302,11 @@ pub(crate) mod tests {
                         at(q).into_iter().find(|f| f.0 == g).unwrap().1
                     };
                     let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
-                    // The nearest point of a box jumps from corner to corner: there the slope is one of the two one-sided slopes.
+                    // The nearest point of a box jumps from corner to corner. At such a jump the slope equals one of the
+                    // two one-sided slopes.
                     let one_sided = [(moved(1e-5) - room) / 1e-5, (room - moved(-1e-5)) / 1e-5];
                     let off = one_sided.into_iter().chain([difference]).map(|d| (slope[k] - d).abs());
-                    // Distances are found within 1e-9: over 1e-5 this is 1e-4.
+                    // Distances have an error of 1e-9 m; divided by the step of 1e-5 this is an error of 1e-4 in the slope.
                     assert!(off.fold(f64::INFINITY, f64::min) < 1e-3, "{g} {k}: {} {difference}", slope[k]);
                 }
             }
@@ -313,7 +316,7 @@ pub(crate) mod tests {
 
     #[test]
     fn links_that_touch_at_zero_are_looked_at() {
-        // Stretched out, the knob of the hand meets the forearm; bent it does not.
+        // If the arm is stretched out, the knob of the hand meets the forearm. If it is bent, it does not.
         let text = ARM.replace(
             "</robot>",
             r#"<joint name="fix" type="fixed"><parent link="hand"/><child link="knob"/><origin xyz="-0.1 0 0"/></joint>
@@ -324,7 +327,7 @@ pub(crate) mod tests {
         let knob = found.gaps().iter().find(|g| g.subject == "knob and fore").unwrap();
         assert_eq!((knob.bound, knob.carriers.as_slice()), (DEFAULT_DISTANCE_M, &["hand".into(), "fore".into()][..]));
         assert!(found.rooms(&[0.0; 3], &[0.0; 3], &[place(&found, "knob and fore")])[0].reached < 0.0);
-        // The post and a collar that turns with the upper arm are always 6 mm apart: half of it is the bound.
+        // The post and a collar on the upper arm are always 6 mm apart. The bound is half of this distance.
         let text = ARM.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.044\"/>");
         let text = text.replace("<origin xyz=\"0.5 0 0\" rpy", "<origin xyz=\"0.6 0 0\" rpy");
         let tight = clearance_of(&text, &ClearanceRules::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Floors, walls and boxes: half-spaces that bodies must stay in.
+//! Half-spaces in which bodies must stay: the space above a floor, before a wall, or inside a box.
 //!
 //! ```text
 //! n . x >= offset   for every point x of the body, n a unit vector in the base frame
@@ -7,23 +7,23 @@
 
 use robot::vector::{Vector3, dot, norm, scaled};
 
-/// One side of a plane.
+/// The allowed half-space: the points on one side of a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// The name of the obstacle: `the floor`.
+    /// Name of the obstacle, for example `the floor`.
     pub name: String,
-    /// Unit vector into the allowed space.
+    /// Unit normal vector of the plane, in the base frame. It points into the allowed space.
     pub normal: Vector3,
-    /// Offset along the normal from the origin of the base frame, m.
+    /// Distance of the plane from the origin of the base frame along the normal, m.
     pub offset: f64,
-    /// Links of the file that must stay in; `None`: all that move.
+    /// Links of the file that must stay in the half-space. `None`: all moving links.
     pub links: Option<Vec<String>>,
 }
 
 impl HalfSpace {
-    /// The half-space beyond a plane through `point`, on the side that `normal` points to.
+    /// The half-space bounded by a plane through `point`, on the side to which `normal` points.
     ///
-    /// Fails where the normal is zero or a number is not finite.
+    /// Fails if the normal is zero or a number is not finite.
     pub fn beyond(name: String, point: Vector3, normal: Vector3) -> Result<HalfSpace, String> {
         let length = norm(normal);
         if !(length.is_finite() && length > 0.0 && point.iter().all(|x| x.is_finite())) {
@@ -35,9 +35,9 @@ impl HalfSpace {
         Ok(HalfSpace { name, normal, offset: dot(normal, point), links: None })
     }
 
-    /// The six sides of a box.
+    /// The six half-spaces with a box as intersection. `low`, `high`: opposite corners of the box.
     ///
-    /// Fails where a low corner is not below the high one.
+    /// Fails if a coordinate of `low` is not below the same coordinate of `high`.
     pub fn sides_of_box(name: &str, low: Vector3, high: Vector3) -> Result<Vec<HalfSpace>, String> {
         if let Some(k) = (0..3).find(|&k| !(low[k].is_finite() && high[k].is_finite() && low[k] < high[k])) {
             let axis = ["x", "y", "z"][k];

@@ -1,30 +1,31 @@
-//! The convex hull of points, by its support function: the point that is farthest along a direction.
+//! The convex hull of points, given by its support function: the point that is farthest along a direction.
 //!
-//! Directions are divided into cells on the faces of a cube, each a square of (1, u, v). A point is kept in a cell unless another
-//! is farther at all four corners: then the other is farther in the whole cell, since heights are linear in u and v. So a support
-//! evaluates only the few points of one cell, with the result of a search over all points. A point that is left out of a square
-//! is left out of its quarters, so cells are found from the whole face by quarters.
+//! Directions (1, u, v) are divided into square cells on the faces of a cube. A cell stores the points that can be farthest
+//! in its directions. A point is dropped from a cell if another point is farther along all four corner directions: heights
+//! are linear in u and v, so the other is farther in the whole cell. So a support evaluates only the few points of one cell,
+//! with the same result as a search over all points. A point that is dropped from a square is also dropped from its quarters.
+//! So the cells are computed from the whole face by repeated division into quarters.
 
 use robot::vector::{Vector3, dot};
 
-/// Cells along the edge of a face, a power of two.
+/// Number of cells along the edge of a cube face, a power of two.
 const CELLS_PER_EDGE: usize = 16;
-/// Hulls of at most this number of points have no cells.
+/// A hull with at most this number of points is not divided into cells.
 const FEW_POINTS: usize = 16;
-/// A point is left out of a cell where another is farther by this share of the size of the hull: far more than rounding.
+/// A point counts as farther than another if its height is larger by this share of the size of the hull. Rounding is far smaller.
 const FARTHER_SHARE: f64 = 1e-9;
 
-/// The hull of at least one point.
+/// The convex hull of at least one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     points: Vec<Vector3>,
-    /// The points that may be farthest, cell by cell of the faces, in their order. Empty for few points.
+    /// The points that can be farthest in each cell, cell after cell of all cube faces. Empty for few points.
     candidates: Vec<Vector3>,
-    /// The index of the first candidate of each cell, and the end of the last cell.
+    /// Index of the first candidate of each cell. The last entry is the end of the last cell.
     starts: Vec<usize>,
 }
 
-/// A square of cells on a face.
+/// A square of cells on one face of the cube.
 #[derive(Clone, Copy)]
 struct Square {
     face: usize,
@@ -34,7 +35,7 @@ struct Square {
 }
 
 impl Square {
-    /// A direction of the face, at shares 0 to 1 of the square.
+    /// The direction at the position (u, v) of the square, u and v from 0 to 1. The result is not normalised.
     fn direction(&self, u: f64, v: f64) -> Vector3 {
         let at =
             |from: usize, share: f64| 2.0 * (from as f64 + share * self.width as f64) / CELLS_PER_EDGE as f64 - 1.0;
@@ -54,7 +55,7 @@ impl Square {
         })
     }
 
-    /// The points that may be farthest along a direction of the square; `farther`: least difference of heights that counts.
+    /// The points that can be farthest along a direction of the square. `farther`: a smaller difference of heights is ignored.
     fn candidates(&self, points: &[Vector3], farther: f64) -> Vec<Vector3> {
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.direction(u, v));
         let middle = self.direction(0.5, 0.5);
@@ -67,7 +68,7 @@ impl Square {
         points.iter().filter(|p| !is_beaten(p)).copied().collect()
     }
 
-    /// Stores the candidates of each cell of the square.
+    /// Computes the candidates of the square and stores them in its cells. `farther`: as in [`Self::candidates`].
     fn fill(&self, points: &[Vector3], farther: f64, cells: &mut [Vec<Vector3>]) {
         let candidates = self.candidates(points, farther);
         match self.width {
@@ -82,7 +83,7 @@ fn cell(face: usize, i: usize, j: usize) -> usize {
 }
 
 impl Hull {
-    /// The hull of these points.
+    /// The convex hull of these points, with the candidates of each cell.
     pub fn new(points: Vec<Vector3>) -> Hull {
         let mut hull = Hull { points, candidates: Vec::new(), starts: Vec::new() };
         if hull.points.len() > FEW_POINTS {
@@ -99,12 +100,12 @@ impl Hull {
         hull
     }
 
-    /// The points.
+    /// The points that define the hull.
     pub fn points(&self) -> &[Vector3] {
         &self.points
     }
 
-    /// The point that is farthest along a direction, the first of equal points.
+    /// The point of the hull that is farthest along a direction. Of several farthest points, it is the first.
     pub(crate) fn support(&self, along: Vector3) -> Vector3 {
         let size = along.map(f64::abs);
         let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else { 1 + usize::from(size[2] > size[1]) };
@@ -122,7 +123,7 @@ impl Hull {
     }
 }
 
-/// Index of the point farthest along a direction, the first of equal points.
+/// Index of the point that is farthest along a direction; of several, the first. `None` if there are no points.
 pub(crate) fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
     let mut best = (f64::NEG_INFINITY, None);
     for (k, p) in points.iter().enumerate() {
@@ -146,7 +147,7 @@ mod tests {
                 (0..count).map(|k| [wave(k, 1.3), 0.4 * wave(k, 2.7) + 0.2, flat * wave(k, 0.7)]).collect();
             let hull = Hull::new(points.clone());
             let cells = 6 * CELLS_PER_EDGE * CELLS_PER_EDGE;
-            // Even for a flat hull, half of its points are left out of a cell.
+            // Even for a flat hull, a cell contains less than half of the points on average.
             assert!(hull.starts.len() == cells + 1 && hull.candidates.len() < cells * points.len() / 2, "{count}");
             let grid = |k: u32| f64::from(k % 9) / 4.0 - 1.0;
             let even = (0..729).map(|k| [grid(k), grid(k / 9), grid(k / 81)]);

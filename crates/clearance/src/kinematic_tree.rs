@@ -1,33 +1,33 @@
-//! The poses of the links of a robot. The constant transforms are computed once.
+//! Forward kinematics: the poses of the links of a robot. The constant transforms are computed once.
 //!
 //! ```text
 //! T_j = T_a(j) A_j Rz(q_j)  or  T_a(j) A_j Tz(q_j),   q_j = offset + sum of multiple * coordinate
 //! ```
-//! A_j is iTj at q_j = 0. [Khalil, Kleinfinger 1986]
+//! A_j is the transform from link j to its antecedent a(j) at q_j = 0. [Khalil, Kleinfinger 1986]
 //!
-//! Not here: joints that the closure of a loop finds numerically.
+//! Not here: robots with joints that are solved numerically because of a loop.
 
 use robot::{JointKind, Pose, Robot};
 
 use robot::vector::{Vector3, norm};
 
-/// The placement of a link relative to its antecedent.
+/// The constant transform of a link relative to its antecedent, and its joint.
 struct LinkPlacement {
     antecedent: Option<usize>,
     fixed: Pose,
     kind: JointKind,
-    /// Multiples of the coordinates.
+    /// The joint position depends on these coordinates: index and multiple of each.
     terms: Vec<(usize, f64)>,
     offset: f64,
 }
 
-/// The links of a robot.
+/// The kinematic tree of a robot: its links with their antecedents and joints.
 pub struct KinematicTree {
     places: Vec<LinkPlacement>,
 }
 
 impl KinematicTree {
-    /// `None` where joints are found numerically: the dependence of their motion on the coordinates has no bound.
+    /// The tree of a robot. `None` if joints are solved numerically, because their motion per coordinate has no known bound.
     pub fn new(robot: &Robot) -> Option<KinematicTree> {
         let place = |link: &robot::Link| LinkPlacement {
             antecedent: link.antecedent.map(|a| a.0),
@@ -39,12 +39,12 @@ impl KinematicTree {
         robot.passive.is_empty().then(|| KinematicTree { places: robot.links.iter().map(place).collect() })
     }
 
-    /// The tree without links.
+    /// A tree without links.
     pub(crate) fn none() -> KinematicTree {
         KinematicTree { places: vec![] }
     }
 
-    /// The pose of every link in the base frame; `q`: one per coordinate.
+    /// The pose of every link in the base frame. `q`: one position per coordinate, rad (m).
     pub fn poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.places.len());
         for place in &self.places {
@@ -63,34 +63,35 @@ impl KinematicTree {
         poses
     }
 
-    /// The antecedent of a link; `None` for the base.
+    /// Index of the antecedent of a link; `None` if the antecedent is the base.
     pub fn antecedent(&self, link: usize) -> Option<usize> {
         self.places[link].antecedent
     }
 
-    /// The links from a link inward to the base, starting with the link.
+    /// The chain of links from a link inward to the base, starting with the link itself. Empty for the base (`None`).
     pub fn inward(&self, link: Option<usize>) -> Vec<usize> {
         std::iter::successors(link, |&j| self.places[j].antecedent).collect()
     }
 
-    /// Whether the joint of a link turns, slides or is fixed.
+    /// The type of the joint of a link: revolute, prismatic or fixed.
     pub fn kind(&self, link: usize) -> JointKind {
         self.places[link].kind
     }
 
-    /// The coordinates that move the joint of a link, with their multiples.
+    /// The coordinates that move the joint of a link: index and multiple of each.
     pub fn terms(&self, link: usize) -> &[(usize, f64)] {
         &self.places[link].terms
     }
 
-    /// The axis of the joint of a link with the base as antecedent, in the base frame: no joint moves it.
+    /// The axis of the joint of a link in the base frame, if the base is the antecedent of the link: then no joint moves this
+    /// axis. Otherwise `None`.
     pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
         let place = &self.places[link];
         place.antecedent.is_none().then(|| axis(&place.fixed))
     }
 
-    /// The largest distance of the frame of a link from the frame of its antecedent, m, with coordinates no farther from zero
-    /// than `ranges`.
+    /// Largest distance between the frame of a link and the frame of its antecedent, m, if the absolute value of each
+    /// coordinate is at most its value in `ranges`.
     pub(crate) fn length(&self, link: usize, ranges: &[f64]) -> f64 {
         let place = &self.places[link];
         let slid = match place.kind {
@@ -100,13 +101,13 @@ impl KinematicTree {
         norm(place.fixed.position) + slid
     }
 
-    /// The largest motion of the joint of a link while each coordinate moves by at most `spread`, rad (m).
+    /// Largest motion of the joint of a link, rad (m), if each coordinate moves by at most its value in `spread`.
     pub fn spread(&self, link: usize, spread: &[f64]) -> f64 {
         self.places[link].terms.iter().map(|(k, m)| m.abs() * spread[*k]).sum()
     }
 }
 
-/// The axis of the joint of a link with this pose.
+/// The axis of the joint of a link, from the pose of the link: the z axis of its frame.
 pub(crate) fn axis(pose: &Pose) -> Vector3 {
     pose.rotation.map(|row| row[2])
 }
@@ -125,7 +126,7 @@ mod tests {
         let (found, expected) = (KinematicTree::new(&robot).unwrap().poses(&q), robot.link_poses(&q));
         for (a, b) in found.iter().zip(&expected) {
             let entries = |p: &Pose| [p.rotation[0], p.rotation[1], p.rotation[2], p.position].concat();
-            // Rounding of a few products of numbers below one.
+            // Allowance for the rounding of a few products of numbers below one.
             assert!(entries(a).iter().zip(entries(b)).all(|(x, y)| (x - y).abs() < 1e-14), "{a:?} {b:?}");
         }
         assert_eq!(found.len(), 3);

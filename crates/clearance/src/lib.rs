@@ -1,9 +1,9 @@
 //! The bodies of a robot, and their distances from each other and from walls.
 //!
-//! [`bodies`] makes convex solids of the collision geometry of a [`robot::Robot`]; [`clearance::Clearance`] computes their
-//! distances at a configuration, and lower bounds of the distances near it.
+//! [`bodies`] converts the collision geometry of a [`robot::Robot`] to convex solids. [`clearance::Clearance`] computes the
+//! distances between them at a configuration, and lower bounds of the distances near this configuration.
 //!
-//! Lengths in m, angles in rad, all in the base frame unless stated otherwise. Not here: motions, and their evaluation.
+//! Lengths are in m and angles in rad, in the base frame unless stated otherwise. Not here: motions, and their evaluation.
 
 #![warn(missing_docs)]
 

@@ -1,7 +1,7 @@
-//! The vertices of a mesh file, and the places where it is searched.
+//! Finds mesh files and reads their vertices.
 //!
-//! Faces do not matter for a convex hull; a vertex that no face uses does. Faces are read where a mesh is to be cut. A mesh is
-//! searched in these places:
+//! A convex hull needs only the vertices, also those that no face uses. The faces are read only if the mesh is cut into
+//! pieces. A mesh file is searched in these places:
 //!
 //! | name | place |
 //! |---|---|
@@ -20,20 +20,20 @@ use robot::mesh;
 use robot::vector::Vector3;
 use robot::{CollisionShape, Robot};
 
-/// Largest file that is read. Larger files are no collision geometry.
+/// Size of the largest file that is read. Larger files are no collision geometry.
 const MAX_MESH_BYTES: u64 = 256 << 20;
-/// Largest coordinate of a vertex, m. A vertex farther away belongs to no robot.
+/// Largest allowed coordinate of a vertex, m. No robot has a vertex farther away.
 const FARTHEST_VERTEX_M: f64 = 1e6;
 
-/// The path of a mesh file; `directory`: directory of the description.
+/// The path of a mesh file that a robot description names. `directory`: folder of the description.
 ///
-/// Fails where the file is in none of the places; the error names the first of them.
+/// Fails if the file is in none of the places; the error text names the first place.
 pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {
             let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
-            // A relative path does not show the folders above the working directory.
+            // `directory` can be relative. Then it lacks the folders above the working directory, so the absolute path is used.
             let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
             let candidates = full.ancestors().flat_map(|above| {
                 let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));
@@ -52,7 +52,7 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
     Err(source::no_file(there.map_or(first, PathBuf::as_path)).unwrap_or_default() + above)
 }
 
-/// The files of the meshes of a robot's bodies; `directory`: directory of the description.
+/// Paths of all mesh files in the collision geometry of a robot. `directory`: folder of the robot description.
 pub fn mesh_files(robot: &Robot, directory: &Path) -> Vec<PathBuf> {
     let all = robot.links.iter().flat_map(|link| &link.collisions).chain(&robot.base.collisions);
     let file = |shape: &CollisionShape| match shape {
@@ -62,23 +62,23 @@ pub fn mesh_files(robot: &Robot, directory: &Path) -> Vec<PathBuf> {
     all.filter_map(|collision| file(&collision.shape)).collect()
 }
 
-/// The distinct vertices of a file, in the file's units; the format follows from the extension.
+/// The distinct vertices of a mesh file, in the unit of the file. The file extension determines the format.
 ///
-/// Fails where the file cannot be read or does not have its format.
+/// Fails if the file cannot be read or does not have this format.
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     parse_vertices(&content(path)?, path)
 }
 
-/// The triangles of a file, in the file's units; the format follows from the extension.
+/// The triangles of a mesh file, in the unit of the file. The file extension determines the format.
 ///
-/// Fails where [`vertices`] fails, and where the format has no triangles that can be read.
+/// Fails if [`vertices`] fails, or if triangles cannot be read from this format.
 pub(crate) fn triangles(path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     mesh::triangles(&content(path)?, path)
 }
 
 fn content(path: &Path) -> Result<Vec<u8>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
-    // A file of an unknown format is not opened.
+    // The format is checked first: a file of an unknown format is not opened.
     mesh::check_format(path)?;
     source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => fail("the mesh is larger than 256 MiB".into()),
@@ -86,7 +86,7 @@ fn content(path: &Path) -> Result<Vec<u8>, String> {
     })
 }
 
-/// The vertices of a file from its content. `path` determines the format and appears in messages; no file is opened.
+/// The vertices from the content of a mesh file. `path` determines the format and appears in messages; no file is opened.
 pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     let mut found = mesh::vertices(bytes, path)?;
@@ -96,7 +96,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
     if found.is_empty() {
         return Err(fail("the mesh has no vertex".into()));
     }
-    // Each vertex occurs in many triangles.
+    // Duplicates are removed: each vertex occurs in many triangles.
     found.sort_by(|a, b| {
         a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });
@@ -108,7 +108,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
 mod tests {
     use super::*;
 
-    /// An empty folder for a test.
+    /// Makes an empty folder for a test.
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("rist-mesh-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -154,7 +154,7 @@ mod tests {
         ] {
             std::fs::write(folder.join(name), bytes).unwrap();
             let error = vertices(&folder.join(name)).map(|v| v.len());
-            // A truncated text has no vertex, which is an error too.
+            // A truncated text file has no vertex. This is an error too.
             let error = error.unwrap_err();
             assert!(error.contains(said) || error.contains("no vertex"), "{name}: {error}");
         }

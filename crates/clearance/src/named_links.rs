@@ -1,4 +1,4 @@
-//! Checks that the links and pairs in the rules exist.
+//! Checks that the links and pairs named in the rules exist.
 
 use robot::JointKind;
 
@@ -6,7 +6,7 @@ use crate::clearance::Clearance;
 use crate::gaps::ClearanceRules;
 
 impl Clearance {
-    /// Fails where a rule names an unknown link.
+    /// Fails if a rule names an unknown link.
     pub(crate) fn check_names(&self, rules: &ClearanceRules) -> Result<(), String> {
         let known = |name: &str| {
             self.bodies.iter().any(|b| b.name == name || b.carrier == name || b.frames.iter().any(|f| f == name))
@@ -22,7 +22,7 @@ impl Clearance {
         }
     }
 
-    /// Fails where an accepted pair is not a pair of links with bodies that joints move relative to each other.
+    /// Fails if an accepted pair does not exist: both links need bodies, and a joint must move them relative to each other.
     pub(crate) fn check_accepted(&self, rules: &ClearanceRules) -> Result<(), String> {
         let is_moved =
             |joints: [Vec<usize>; 2]| joints.iter().flatten().any(|&j| self.tree.kind(j) != JointKind::Fixed);

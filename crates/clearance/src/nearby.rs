@@ -1,16 +1,17 @@
-//! Pairs of solids that are near each other, for a search that evaluates the same instants for one motion after another.
+//! Finds pairs of solids that are near each other. A cache per instant makes repeated evaluations fast while a search
+//! changes a motion.
 //!
-//! A gap changes by no more than
+//! The distance d of a gap changes at most by
 //!
 //! ```text
 //! |d(q + dq) - d(q)| <= sum over the coordinates of |dq_k| R_k,   R_k = sum over the joints of |m_jk| reach_j
 //! ```
-//! reach_j is the largest distance from the axis of joint j that a point of the body can have at any configuration: the lengths
-//! of the links in between and the ball about the body. It is 1 for a joint that slides. So one evaluation of a pair bounds the
-//! changes of q for which no new evaluation is needed; and the direction in which the pair was nearest settles most of the
-//! remaining evaluations.
+//! m_jk: multiple of coordinate k in joint j. reach_j: largest distance of a point of the body from the axis of joint j at
+//! any configuration, from the link lengths in between and the bounding ball of the body; 1 for a prismatic joint. So one
+//! evaluation of a pair shows for which q no new evaluation is needed. In most other cases the bound along the last
+//! nearest direction suffices.
 //!
-//! The cache changes neither the set of near solids nor their room, except by up to 0.02 mm.
+//! The results do not depend on the cache, except that the room of near solids can differ by up to 0.02 mm.
 
 use robot::{JointKind, Pose};
 
@@ -21,32 +22,32 @@ use crate::kinematic_tree::axis;
 use crate::separation::{Nearest, PosedSolid, Seed, apart_along, nearest};
 use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
-/// The results at one instant, for the next evaluation; empty at first.
+/// Cached results of one instant, for the next evaluation. Empty before the first evaluation.
 #[derive(Clone, Debug, Default)]
 pub struct InstantCache {
     q: Vec<f64>,
-    /// For every pair of solids a lower bound of its room above the bound of its gap, m.
+    /// For every pair of solids: a lower bound of its distance minus the bound of its gap, m.
     rooms: Vec<f64>,
-    /// The nearest points, where they were searched.
+    /// For every pair of solids: its nearest points, if they were searched.
     looks: Vec<Option<Box<NearestPoints>>>,
 }
 
-/// The nearest points of two solids.
+/// Cached result of a search for the nearest points of two solids.
 #[derive(Clone, Debug)]
 struct NearestPoints {
-    /// Unit vector from the second to the first.
+    /// Unit vector from the second solid to the first.
     along: Vector3,
     seed: Seed,
 }
 
-/// Ratio of the range of a coordinate for the rates to its sampled range.
+/// Rates are computed for coordinates up to this multiple of the largest sampled value.
 const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 
-/// Share of the requested distance above which the cached direction is tried before the nearest points are searched.
+/// The bound along the cached direction is tried before a search if the cached room exceeds this share of the requested distance.
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
-    /// Largest rate of each gap with each coordinate, m/rad (m/m), while no coordinate is farther from zero than `ranges`.
+    /// Largest rate of each gap with each coordinate, m/rad (m/m), while |coordinate| is at most its value in `ranges`.
     pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
         let of_gap = |gap: &Gap| {
             let mut by_coordinate = vec![0.0; ranges.len()];
@@ -65,7 +66,7 @@ impl Clearance {
                     let rate = match self.tree.kind(j) {
                         JointKind::Fixed => 0.0,
                         JointKind::Prismatic => 1.0,
-                        // A joint about the normal of a half-space moves nothing along this normal.
+                        // A joint that turns about the normal of a half-space moves no point along this normal.
                         JointKind::Revolute => {
                             reach * fixed_normal.zip(self.tree.standing_axis(j)).map_or(1.0, |(n, z)| norm(cross(n, z)))
                         }
@@ -79,12 +80,13 @@ impl Clearance {
         self.gaps.iter().map(of_gap).collect()
     }
 
-    /// The ranges of coordinates for which [`Self::rates`] are computed, rad (m).
+    /// The range of each coordinate for which [`Self::rates`] is computed, rad (m): a multiple of its largest value in `poses`.
     pub(crate) fn ranges(count: usize, poses: &[Vec<f64>]) -> Vec<f64> {
         (0..count).map(|k| SAMPLED_RANGE_FACTOR * poses.iter().map(|q| q[k].abs()).fold(0.0, f64::max)).collect()
     }
 
-    /// Lowers the cached rooms by the displacement of the bodies since; clears the cache where it has no bound.
+    /// Lowers the cached rooms by the displacement since the last evaluation; clears the cache if a coordinate is
+    /// outside its range.
     fn recall(&self, q: &[f64], known: &mut InstantCache) {
         let is_known = known.q.len() == q.len() && q.iter().zip(&self.given_ranges).all(|(x, most)| x.abs() <= *most);
         if !is_known {
@@ -106,7 +108,7 @@ impl Clearance {
         known.q.copy_from_slice(q);
     }
 
-    /// Number of pairs of solids of a gap.
+    /// Number of pairs of solids in a gap.
     fn pair_count(&self, gap: &Gap) -> usize {
         match gap.against {
             Against::HalfSpace(_) => gap.shapes.len(),
@@ -114,13 +116,13 @@ impl Clearance {
         }
     }
 
-    /// Visits every two solids with a room above their bound of less than `within`, m.
+    /// Calls `each` for every two solids with a distance less than `within` above the bound of their gap, m.
     ///
-    /// `known`: the cache of this instant. `each` takes the gap, the room, m, and the slope of the room along each coordinate,
-    /// m/rad (m/m).
+    /// `known`: the cache of this instant. Arguments of `each`: index of the gap, distance minus bound (room), m, and the
+    /// slope of the room along each coordinate, m/rad (m/m).
     pub fn near(&self, q: &[f64], within: f64, known: &mut InstantCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
         self.recall(q, known);
-        // In most cases nothing can have come near.
+        // Most calls end here: no pair can have come near since the last evaluation.
         if known.rooms.iter().all(|room| *room > within) {
             return;
         }
@@ -160,7 +162,7 @@ impl Clearance {
         let body = &self.bodies[gap.body];
         for (&s, known) in gap.shapes.iter().zip(rooms).filter(|(_, room)| **room <= within) {
             let shape = &body.shapes[s];
-            // The ball about a shape is a cheap test whether it is far.
+            // The bounding ball of the shape gives a fast test: a distant ball proves that the shape is far.
             *known = dot(normal, self.centre(body, shape, poses)) - shape.ball - offset - gap.bound;
             if *known > within {
                 continue;
@@ -189,7 +191,7 @@ impl Clearance {
         let all = gap.shapes.iter().flat_map(|s| other.shapes.iter().map(move |opposite| (&body.shapes[*s], opposite)));
         for (((shape, opposite), room), look) in all.zip(rooms).zip(looks).filter(|((_, room), _)| **room <= within) {
             let towards = minus(self.centre(body, shape, poses), self.centre(other, opposite, poses));
-            // Balls first, since most pairs are far from each other.
+            // The bounding balls are tested first, because most pairs are far from each other.
             let between_balls = norm(towards) - shape.ball - opposite.ball - gap.bound;
             if between_balls > within {
                 *room = between_balls;
@@ -205,7 +207,7 @@ impl Clearance {
         }
     }
 
-    /// Adds the derivative of a point's position along `n` with respect to each coordinate.
+    /// Adds to `slope` the derivative of the point's position along `n` with respect to each coordinate.
     fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
         for &j in joints {
             let z = axis(&poses[j]);
@@ -219,7 +221,7 @@ impl Clearance {
     }
 }
 
-/// The room of two solids that are nearer than `within`, with the direction from b to a and the nearest points.
+/// The room of two solids if it is below `within`, with the direction from b to a and the nearest points; otherwise `None`.
 fn near_pair(
     [a, b]: [PosedSolid; 2],
     towards: Vector3,
@@ -228,7 +230,8 @@ fn near_pair(
     room: &mut f64,
     look: &mut Option<Box<NearestPoints>>,
 ) -> Option<(f64, Vector3, [Vector3; 2])> {
-    // Along the line of centres, or along the last direction: for most pairs two supports show that they are far.
+    // The bound along the cached direction, or along the line of centres, is tested first: for most pairs it shows that
+    // they are far.
     let along = look.as_ref().map_or(towards, |look| look.along);
     if look.is_none() || *room > HOPEFUL_SHARE * within {
         *room = apart_along(a, b, along) - bound;
@@ -257,7 +260,7 @@ mod tests {
     use super::*;
     use crate::gaps::{ClearanceRules, FloorRule, Situation};
 
-    /// Three links that turn, one that slides out of the last, and a fingertip.
+    /// A robot with three revolute joints, a prismatic joint at the end, and a fingertip.
     const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
   <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 1 0"/>
@@ -286,7 +289,7 @@ mod tests {
         let (mut known, mut q) = (InstantCache::default(), pose(0));
         let (mut visits, mut skipped) = (0, 0);
         for step in 0..4000 {
-            // Mostly small steps, sometimes one beyond the sampled range.
+            // Most steps are small. Some go beyond the sampled range.
             let size = [1e-3, 1e-3, 1e-2, 0.3][step % 4];
             q.iter_mut().enumerate().for_each(|(k, x)| *x += size * wave(step + 31 * k, 1.7));
             q[2] = q[2].clamp(-0.45, 0.45);
@@ -305,7 +308,7 @@ mod tests {
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // On a round side both are found to a few micrometres, from the cache to ten.
+                // On a round side, a search is accurate to a few micrometres without the cache, and to ten micrometres with it.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }
         }

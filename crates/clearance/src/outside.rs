@@ -1,6 +1,6 @@
-//! The distance of a point outside of a body.
+//! The distance from a body to a point outside of it.
 //!
-//! The hull of all shapes of the body counts, not the single shapes: a centre of mass may lie between two of them.
+//! The distance refers to the hull of all shapes of the body together, because a centre of mass may lie between two shapes.
 
 use robot::Pose;
 use robot::vector::{Vector3, minus, norm, plus, turned};
@@ -10,8 +10,8 @@ use crate::hull::Hull;
 use crate::separation::{PosedSolid, separation};
 use crate::solid::{Core, Solid};
 
-/// Distance of a point from the hull of a body's shapes, and the diagonal of the box about them, m; the point is in the frame of
-/// the link that carries the body. `None` where a shape is missing, and where none of them is a mesh.
+/// Distance of a point from the hull of all shapes of a body, m, and the diagonal of the hull's bounding box, m. The point is
+/// given in the frame of the link that carries the body. `None` if a shape is missing, or if no shape is a mesh.
 pub fn outside(body: &FileLink, point: Vector3) -> Option<(f64, f64)> {
     let is_mesh = body.shapes.iter().any(|shape| matches!(shape.solid.core, Core::Hull(_)));
     if !body.has_geometry || !body.missing.is_empty() || !is_mesh {
@@ -40,7 +40,7 @@ fn at(position: Vector3) -> Pose {
     Pose { position, ..Pose::IDENTITY }
 }
 
-/// Points with a hull that contains a core; for a round core the corners of the box about it.
+/// Points with a hull that contains the core. For a round core they are the corners of its bounding box.
 fn corners(core: &Core) -> Vec<Vector3> {
     let half = match core {
         Core::Hull(hull) => return hull.points().to_vec(),
@@ -85,12 +85,13 @@ mod tests {
             ([0.0; 3], 0.9),
         ] {
             let (found, across) = outside(&mesh, point).unwrap();
-            // A vertex or an edge is found to 1e-6; the diagonal of the cube is 0.2 sqrt(3).
+            // The distance from a vertex or an edge is accurate to 1e-6 m. The diagonal of the cube is 0.2 sqrt(3) m
+            // = sqrt(0.12) m.
             let off = (found - apart).abs().max((across - 0.12_f64.sqrt()).abs());
             assert!(off < 1e-6, "{point:?}: {found} {across}");
         }
         assert_eq!(outside(&link(r#"<box size="0.2 0.2 0.2"/>"#, &folder), [0.0; 3]), None);
-        // A missing mesh gives no distance.
+        // A body with a missing mesh has no distance.
         assert_eq!(outside(&link(r#"<mesh filename="none.obj"/>"#, &folder), [0.0; 3]), None);
         std::fs::remove_dir_all(&folder).ok();
     }

@@ -1,9 +1,9 @@
-//! A bent or hollow mesh, cut into pieces that are each replaced by their hulls.
+//! Cuts a bent or hollow mesh into pieces. Each piece is then replaced by its convex hull.
 //!
-//! A plane cuts the triangles that it meets. A half has the surface on its side with the rim of the cut, so its hull contains all
-//! of the solid on this side, including the face of the cut. So the hulls of all pieces contain the solid, whatever the cuts.
-//! Cuts minimise the volume of the hulls of the halves. The piece with the largest saving is cut first, as long as the saving is
-//! large.
+//! A plane divides the triangles of the mesh into two halves. The hull of a half contains all of the solid on this side,
+//! including the face of the cut, because the half contains the rim of the cut. So the hulls of all pieces contain the solid
+//! for any choice of cuts. A cut minimises the sum of the hull volumes of its halves. The piece with the largest saving of
+//! volume is cut first, as long as the saving is large.
 //!
 //! Not here: the choice of the meshes to cut ([`crate::crowded`]).
 
@@ -12,33 +12,33 @@ use robot::vector::{Vector3, dot};
 use crate::hull::farthest;
 use crate::solid::directions;
 
-/// A triangle of a mesh.
+/// The three corners of a triangle of a mesh, m.
 pub(crate) type Triangle = [Vector3; 3];
 
-/// Maximum number of pieces of a mesh.
+/// Maximum number of pieces into which a mesh is cut.
 const MAX_PIECES: usize = 4;
-/// Least saving of a cut, as a share of the volume of the hull of the whole mesh.
+/// A cut must save at least this share of the hull volume of the whole mesh.
 const LEAST_SAVED_SHARE: f64 = 0.08;
-/// Distinct vertex coordinates along an axis above which not all are tried.
+/// If the vertices have more than this number of distinct coordinates along an axis, cuts are tried only at [`CUT_AT`].
 const MAX_TRIED_PLACES: usize = 16;
-/// Positions of the cuts in this case, as shares of the extent along the axis.
+/// Positions of the tried cuts for a mesh with many vertices, as shares of the extent along the axis.
 const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
-/// Triangles for the ranking of cuts, at most: a mesh may have millions.
+/// Maximum number of triangles by which cuts are compared, because a mesh may have millions of triangles.
 const MAX_RANKING_TRIANGLES: usize = 4000;
-/// Signs of the half below a plane and of the half above it.
+/// Sign of each half of a cut: 1 for the half below the plane, -1 for the half above it.
 const SIDES: [f64; 2] = [1.0, -1.0];
-/// Directions of the planes that bound the volume of a hull.
+/// Number of directions for the bounding planes of a hull when its volume is measured.
 const DIRECTIONS_FOR_VOLUME: usize = 100;
-/// Cells along each axis of the grid that measures the volume.
+/// Number of cells along each axis of the grid that measures a volume.
 const GRID_CELLS: usize = 16;
 
-/// The best cut of a piece: the saving, m^3, estimated from some of its triangles, and the halves.
+/// The best cut of a piece: the saved volume, m^3, estimated from some of the triangles; and the two halves.
 struct Cut {
     saved: f64,
     halves: [Vec<Triangle>; 2],
 }
 
-/// The pieces of a mesh; one where no cut makes it much smaller.
+/// Cuts a mesh into pieces. The result is the whole mesh as one piece if no cut makes the hulls much smaller.
 pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     let whole = volume(&some_of(&mesh));
     let with_cut = |piece: Vec<Triangle>| {
@@ -56,7 +56,7 @@ pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     found.into_iter().map(|(piece, _)| piece).collect()
 }
 
-/// The triangles that rank cuts: all, or a selection of many, evenly in their order.
+/// The triangles by which cuts are compared: all triangles, or for a large mesh every n-th one.
 fn some_of(piece: &[Triangle]) -> Vec<Triangle> {
     piece.iter().step_by(piece.len().div_ceil(MAX_RANKING_TRIANGLES).max(1)).copied().collect()
 }
@@ -74,7 +74,7 @@ fn best_cut(piece: &[Triangle]) -> Option<Cut> {
     halves.iter().all(|half| !half.is_empty()).then_some(Cut { saved, halves })
 }
 
-/// Coordinates of possible cuts along an axis: all vertices, or an even grid where there are many.
+/// Coordinates along an axis at which cuts are tried: the coordinates of all vertices, or a few even positions if there are many.
 fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
     let mut along: Vec<f64> = piece.iter().flatten().map(|p| p[axis]).collect();
     along.sort_by(f64::total_cmp);
@@ -86,10 +86,10 @@ fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
     }
 }
 
-/// The part of a triangle where `side` times a coordinate is at most `side` times `at`, as a fan of triangles.
+/// The region of a triangle where `side` times the coordinate is at most `side` times `at`, divided into triangles.
 fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle> {
     let beyond = |p: &Vector3| side * (p[axis] - at);
-    // A face in the plane belongs to one half only: the other half gets this rim from other faces.
+    // A face in the cutting plane is given to one half only. The other half gets this rim from neighbouring faces.
     if side < 0.0 && triangle.iter().all(|p| beyond(p) == 0.0) {
         return vec![];
     }
@@ -101,7 +101,7 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
             corners.push(from);
         }
         if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
-            // The rounding is far below the allowance for positions.
+            // The rounding error is far below the allowance for positions.
             let share = a / (a - b);
             let mut on_plane = [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]));
             on_plane[axis] = at;
@@ -111,7 +111,7 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
     corners.get(1..).map_or(vec![], |rest| rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]]).collect())
 }
 
-/// The approximate volume of the hull, m^3: the number of cells of a grid with centres inside all planes of some directions.
+/// Approximate volume of the hull of the triangles, m^3: counts grid cells with centres inside the planes of some directions.
 fn volume(triangles: &[Triangle]) -> f64 {
     if triangles.is_empty() {
         return 0.0;
@@ -137,14 +137,14 @@ pub(crate) mod tests {
     use crate::solid::Solid;
     use robot::vector::{cross, minus};
 
-    /// The triangles of a box from `low` to `high`.
+    /// The triangles of a cuboid with opposite corners `low` and `high`.
     fn cuboid(low: Vector3, high: Vector3) -> Vec<Triangle> {
         let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { high[i] } else { low[i] });
         let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
         faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|face| face.map(corner)).collect()
     }
 
-    /// A plate with a post at either end.
+    /// A U-shaped body: a plate with a post at each end.
     pub(crate) fn fork() -> Vec<Triangle> {
         let parts = [
             ([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]),
@@ -154,7 +154,7 @@ pub(crate) mod tests {
         parts.into_iter().flat_map(|(low, high)| cuboid(low, high)).collect()
     }
 
-    /// Whether a hull contains a point, to a micrometre.
+    /// Whether a solid contains a point, with a tolerance of a micrometre.
     fn holds(solid: &Solid, point: Vector3) -> bool {
         directions(400).all(|along| dot(minus(point, solid.core.support(along)), along) <= solid.radius + 1e-6)
     }
@@ -167,7 +167,7 @@ pub(crate) mod tests {
     fn a_fork_is_cut_and_held_whole() {
         let found = solids(&pieces(fork()));
         assert_eq!(found.len(), 3);
-        // Every point inside of the fork is inside of a piece, also near the cuts.
+        // Every point of the fork is inside one of the pieces, also near the cuts.
         let grid = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 / 12.0);
         for (low, high) in [([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]), ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3])] {
             for k in 0..13 * 13 * 13 {
@@ -176,7 +176,7 @@ pub(crate) mod tests {
                 assert!(found.iter().any(|solid| holds(solid, point)), "{point:?}");
             }
         }
-        // Between the posts there is room now.
+        // The space between the posts is free after the cuts.
         assert!(!found.iter().any(|solid| holds(solid, [0.25, 0.05, 0.2])));
         assert!(holds(&Solid::around(fork().as_flattened()).unwrap(), [0.25, 0.05, 0.2]));
     }
@@ -206,14 +206,14 @@ pub(crate) mod tests {
         assert_eq!(pieces(vec![]).len(), 1);
     }
 
-    /// The volume of a box, and of a box without a corner, a sixth of it.
+    /// The volume of a cuboid, and the volume of a cuboid without a corner of one sixth.
     #[test]
     fn volumes_are_known_roughly() {
         let whole = cuboid([1.0, 2.0, 3.0], [2.0, 4.0, 3.5]);
         assert!((volume(&whole) - 1.0).abs() < 1e-12);
         let is_corner = |p: &Vector3| *p == [2.0, 4.0, 3.5];
         let without: Vec<Triangle> = whole.into_iter().filter(|t| !t.iter().any(is_corner)).collect();
-        // Cells of a sixteenth are counted or not, and a hundred directions miss some of the outside.
+        // Cells of width 1/16 count fully or not at all, and planes in a hundred directions do not bound the hull exactly.
         assert!((volume(&without) - 5.0 / 6.0).abs() < 0.06, "{}", volume(&without));
         assert_eq!(volume(&[]), 0.0);
     }
@@ -228,7 +228,7 @@ pub(crate) mod tests {
         for (axis, at) in [(0, 0.4), (1, 0.3), (2, 0.2), (0, 0.0), (0, 2.0), (0, 0.2)] {
             let halves = [1.0, -1.0].map(|side| clipped(&triangle, axis, at, side));
             let sum: f64 = halves.iter().flatten().map(area).sum();
-            // Lengths below 2 m, rounded a few times.
+            // The lengths are below 2 m and are rounded a few times.
             assert!((sum - area(&triangle)).abs() < 1e-15, "{axis} {at}");
             let [below, above] = halves.map(|half| half.as_flattened().to_vec());
             assert!(below.iter().all(|p| p[axis] <= at) && above.iter().all(|p| p[axis] >= at));

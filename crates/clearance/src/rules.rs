@@ -1,40 +1,40 @@
-//! The rules for a robot's bodies, and the situation that determines its gaps.
+//! The rules for the distances of a robot's bodies, and the poses that determine its gaps.
 
 use crate::body_errors::BodyErrors;
 use crate::half_space::HalfSpace;
 
-/// The rules for a robot's bodies.
+/// The rules for the distances that the bodies of a robot must keep.
 #[derive(Clone, Debug)]
 pub struct ClearanceRules {
-    /// Whether distances between the robot's own links are checked.
+    /// Whether the distances between the links of the robot are checked.
     pub own_links: bool,
-    /// Least distance of two links, m. `None`: the spacing, or half of the room of the pair where this is less.
+    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair if this is less.
     pub distance: Option<f64>,
-    /// Pairs of links without a check of their distance, each with the reason.
+    /// Pairs of links that are not checked, each with the reason: (link, link, reason).
     pub accepted: Vec<(String, String, String)>,
-    /// The floor that no moving body goes below.
+    /// The floor: no moving body may go below it.
     pub floor: FloorRule,
-    /// Half-spaces that bodies must stay in.
+    /// Half-spaces in which bodies must stay.
     pub half_spaces: Vec<HalfSpace>,
-    /// Position errors of bodies.
+    /// Position errors of bodies and joints, by which the least distances are increased.
     pub errors: BodyErrors,
-    /// Distance that two links, or a link and an assumed floor, keep where they have room for it, m. `None`:
-    /// [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 to the floor.
+    /// Default of the distance between two links, and of a link to an assumed floor, m. Pairs with little room keep less.
+    /// `None`: [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 for the floor.
     pub spacing: Option<f64>,
-    /// Whether the plane of the base is a floor for a robot that stands on it, even if a body is below it at the zero pose.
+    /// Whether the plane of the base counts as a floor if the robot stands on it, even if a body is below it at the zero pose.
     pub assumes_floor: bool,
-    /// Whether the computation is cancelled.
+    /// Returns true if the computation is to be cancelled.
     pub is_over: fn() -> bool,
 }
 
-/// The choice of the floor.
+/// The rule that determines the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloorRule {
-    /// The plane z = 0 of the base where no body is below it at rest, but not below the given height, m.
+    /// The plane z = 0 of the base, if no body is below it at rest. With a height, m: the floor is not below this height.
     OfBase(Option<f64>),
-    /// No floor, by the user's rule.
+    /// No floor, because the user asked for none.
     Nowhere,
-    /// At this height, m.
+    /// A floor at this height, m.
     At(f64),
 }
 
@@ -54,15 +54,15 @@ impl Default for ClearanceRules {
     }
 }
 
-/// The rest pose and the moving coordinates, which determine the gaps.
+/// The poses of the robot and the moving coordinates that determine its gaps.
 #[derive(Clone, Debug)]
 pub struct Situation {
-    /// Rest position of each coordinate, rad (m): where it is locked, otherwise zero, or as near to zero as its limits allow.
+    /// Rest position of each coordinate, rad (m): its locked position, or else zero or the value in its limits nearest to zero.
     pub rest: Vec<f64>,
-    /// The zero pose, or as near to it as the limits of the description allow.
+    /// The zero pose, rad (m): each coordinate at zero or at the value in its limits nearest to zero.
     pub zero: Vec<f64>,
-    /// Whether each coordinate moves.
+    /// For each coordinate, whether it moves (is not locked).
     pub moves: Vec<bool>,
-    /// Poses all over the limits of the description, which show the links that always touch.
+    /// Poses spread over the whole joint limits, rad (m), one position per coordinate. They show which links always touch.
     pub poses: Vec<Vec<f64>>,
 }

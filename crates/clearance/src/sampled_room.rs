@@ -1,7 +1,7 @@
-//! The room that two links have over poses of the robot.
+//! The room of two links: the distance that they have over sampled poses of the robot.
 //!
-//! Two links that touch in nearly every pose are held together by their joints, or their geometry is too large: no motion
-//! separates them. All other pairs can meet in some poses and be apart in others, whether they touch at zero or not.
+//! If two links touch in nearly every pose, their joints hold them together or their geometry is too large. No motion can
+//! separate them. All other pairs touch in some poses and not in others, whether they touch at the zero pose or not.
 
 use claims::{LeftOut, LeftOutTopic};
 use robot::Pose;
@@ -11,33 +11,33 @@ use crate::separation::{apart_along, separation};
 use crate::solid::Core;
 use robot::vector::{minus, norm};
 
-/// Bodies nearer than this touch, m.
+/// Two bodies count as touching if their distance is less than this, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
-/// Least distance where a body is a mesh, m: the two sides of a joint are drawn some tenths of a millimetre apart at every angle,
-/// and no motion can be required to keep this distance.
+/// If a body is a mesh, a pair with less than this distance counts as near, m. The two sides of a joint are drawn some tenths
+/// of a millimetre apart at every angle, and no motion can increase this distance.
 const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
-/// Share of the poses in which links touch that no motion separates.
+/// Links that touch in at least this share of the poses count as always touching.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
-/// The room is exceeded in this share of the poses.
+/// The room of a pair is the distance that it exceeds in this share of the poses.
 pub(crate) const ROOMY_SHARE: f64 = 0.1;
-/// The room is exceeded in this share instead, where too few poses leave any room.
+/// The share used instead of [`ROOMY_SHARE`] if too few poses have any distance.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
-/// The sampled room of a pair.
+/// The room of a pair of links over sampled poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SampledRoom {
     /// The links touch in nearly every pose.
     AlwaysTouching,
-    /// One is a mesh, and in nearly every pose they are nearer than the least distance of meshes.
+    /// A link of the pair is a mesh, and in nearly every pose the distance is less than `NEAR_MESH_DISTANCE_M`.
     AlwaysNear,
-    /// The pair has this room, m, at most `enough`.
+    /// The pair has this room, m. Values above `enough` are not exact.
     Room(f64),
 }
 
-/// Distances that change by less over all poses are constant, m: the remaining change is the accuracy of round sides.
+/// A distance that changes by less than this over all poses counts as constant, m: round sides are only accurate to that.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
-/// The assumption for these pairs, if any: two sides of a joint at a constant distance in the sampled poses.
+/// The assumption for pairs that are the two sides of a joint and have a constant distance. `None` without pairs.
 pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<LeftOut> {
     let what = format!(
         "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
@@ -47,7 +47,7 @@ pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<Left
     (!pairs.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Margin, pairs, what, "default"))
 }
 
-/// The assumptions for pairs that always touch in the sampled poses, and for pairs with a mesh that are always near.
+/// The texts of two assumptions: pairs that touch in nearly all poses, and pairs with a mesh that are near in nearly all poses.
 pub(crate) fn always(poses: usize) -> [String; 2] {
     let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * NEAR_MESH_DISTANCE_M);
     [
@@ -59,8 +59,8 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
 }
 
 impl Clearance {
-    /// The room of a pair over `poses`, each of all links, and whether it is constant; rooms above `enough` are not
-    /// distinguished.
+    /// The room of a pair over `poses` (one pose per link in each), and whether the distance is constant. Values above
+    /// `enough` are not exact.
     pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> (SampledRoom, bool) {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
         let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
@@ -84,20 +84,20 @@ impl Clearance {
             return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
-        // Fewer poses than these shares leave any room: the least room of these poses.
+        // If too few poses for both shares have any distance, the smallest distance of these poses is the room.
         let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
         let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
         (SampledRoom::Room(room), is_constant)
     }
 
-    /// Whether a body of a pair is a mesh.
+    /// Whether one of the two bodies of a pair is a mesh.
     fn is_of_mesh(&self, gap: &Gap) -> bool {
         let Against::Body(other) = gap.against else { return false };
         let is_mesh = |body: usize| self.bodies[body].shapes.iter().any(|s| matches!(s.solid.core, Core::Hull(_)));
         is_mesh(gap.body) || is_mesh(other)
     }
 
-    /// The distance of a pair, m; any distance above `enough` is given as some value above it.
+    /// The distance of a pair, m. If it is above `enough`, the result is some value above `enough`.
     fn room_up_to(&self, gap: &Gap, poses: &[Pose], enough: f64) -> f64 {
         let Against::Body(other) = gap.against else { return f64::INFINITY };
         let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);

@@ -1,12 +1,12 @@
-//! The distance of two solids, with a proven lower bound.
+//! The distance between two solids, with a proven lower bound.
 //!
-//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Whatever its result, every unit vector n gives a bound:
+//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Independently of GJK, every unit vector n gives a lower bound:
 //!
 //! ```text
 //! distance(A, B) >= min over A of n.x - max over B of n.x
 //! ```
-//! Both sides follow from support points. So the distance that GJK reports is not trusted: only its direction is used, and the
-//! bound along this direction is computed independently.
+//! Both terms follow from support points. Only the direction of the GJK result is used. The bound along this direction is
+//! computed independently, so a wrong distance from GJK cannot lead to a wrong bound.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector};
 use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_points};
@@ -16,11 +16,11 @@ use robot::Pose;
 use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
-/// Required accuracy of the nearest points from a seed, m. On the round side of a cylinder any search ends some micrometres
-/// early; a less accurate one is repeated without the seed.
+/// Required accuracy of the nearest points if a search starts from a seed, m. On the round side of a cylinder, any search
+/// stops some micrometres early. If the accuracy is not reached, the search is repeated without the seed.
 const FOUND_WITHIN_M: f64 = 1e-5;
 
-/// A solid at a pose.
+/// A solid together with its pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PosedSolid<'a> {
     /// The solid in its own frame.
@@ -29,33 +29,33 @@ pub struct PosedSolid<'a> {
     pub pose: Pose,
 }
 
-/// The distance of two solids; negative where they overlap.
+/// The distance between two solids a and b; negative if they overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
-    /// Lower bound of the distance, m, proven up to rounding.
+    /// Lower bound of the distance, m. It is proven up to rounding.
     pub at_least: f64,
-    /// Distance of two points of the solids, m. Where the cores overlap, it equals `at_least`.
+    /// Distance between two points of the solids, m: an upper bound. If the cores overlap, it equals `at_least`.
     pub reached: f64,
-    /// Unit vector from b to a.
+    /// Unit vector from b to a, in the base frame.
     pub direction: Vector3,
-    /// The nearest points of the cores of a and of b.
+    /// The nearest point of the core of a, and the nearest point of the core of b.
     pub nearest: [Vector3; 2],
 }
 
 impl PosedSolid<'_> {
-    /// The point of the core farthest along a direction, all in the base frame.
+    /// The point of the core that is farthest along a direction; direction and point are in the base frame.
     pub fn support(&self, along: Vector3) -> Vector3 {
         let own = self.solid.core.support(turned_back(&self.pose.rotation, along));
         plus(self.pose.position, turned(&self.pose.rotation, own))
     }
 
-    /// The least of n.x over the solid, m; n is a unit vector in the base frame.
+    /// Smallest value of n.x over the points x of the solid, m. n: unit vector in the base frame.
     pub(crate) fn least_along(&self, n: Vector3) -> f64 {
         dot(n, self.support(scaled(n, -1.0))) - self.solid.radius
     }
 }
 
-/// A lower bound of the distance of `a` from `b`, m, along one direction from b to a: far cheaper than their distance.
+/// A lower bound of the distance between `a` and `b`, m, from one direction from b to a. It is far faster than [`separation`].
 pub(crate) fn apart_along(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> f64 {
     let length = norm(towards_a);
     if length <= f64::EPSILON {
@@ -65,11 +65,11 @@ pub(crate) fn apart_along(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> f
     a.least_along(n) + b.least_along(scaled(n, -1.0))
 }
 
-/// The distance of `a` from `b`; `towards_a`: the start direction of the search, from b to a.
+/// The distance between `a` and `b`. `towards_a`: start direction of the search, from b to a.
 pub fn separation(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     match nearest(a, b, towards_a, f64::INFINITY, &mut Seed::default()) {
         Nearest::At(found) => found,
-        // No distance is beyond infinity.
+        // This case does not occur, because no distance is larger than infinity.
         Nearest::Beyond(at_least, direction) => {
             let nearest = [a.pose.position, b.pose.position];
             Separation { at_least, reached: at_least, direction, nearest }
@@ -77,28 +77,28 @@ pub fn separation(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separatio
     }
 }
 
-/// A lower bound of the distance of a from b along the unit vector n from b to a, and the two points that prove it.
+/// A lower bound of the distance between a and b along the unit vector n from b to a, m, and the two points that prove it.
 fn proved(a: PosedSolid, b: PosedSolid, n: Vector3) -> (f64, [Vector3; 2]) {
     let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
     (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
 }
 
-/// Points of two cores, each in the frame of its solid, near the nearest points: the start of a search.
+/// The start of a search for the nearest points: up to three pairs of points of the two cores, each in the frame of its solid.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seed {
     count: usize,
     points: [[Vector3; 2]; 3],
 }
 
-/// The result of a search for the nearest points.
+/// The result of a search for the nearest points of two solids.
 pub(crate) enum Nearest {
-    /// The solids are farther apart than requested: a lower bound of the distance, m, and its unit vector from b to a.
+    /// The distance is larger than requested. The fields are a lower bound of the distance, m, and its unit vector from b to a.
     Beyond(f64, Vector3),
-    /// The solids at this distance.
+    /// The distance of the solids, which is not larger than requested.
     At(Separation),
 }
 
-/// The core of b in the frame of a.
+/// The core of b as seen from the frame of a.
 struct Seen<'a> {
     core: &'a Core,
     pose: Pose,
@@ -110,15 +110,16 @@ impl SupportMap for Seen<'_> {
         Vector::from_array(plus(self.pose.position, turned(&self.pose.rotation, own)))
     }
 
-    /// Both cores are in one frame, so the transform of parry3d is not needed.
+    /// Both cores are already in one frame, so the transform from parry3d is not used.
     fn support_point(&self, _: &ParryPose, along: Vector) -> Vector {
         self.local_support_point(along)
     }
 }
 
-/// The distance of `a` from `b` with the nearest points, unless it is larger than `within`, m.
+/// Computes the distance between `a` and `b` and the nearest points, unless the distance is larger than `within`, m.
 ///
-/// `seed`: from an earlier search for these two; it is updated. With a good seed the search ends after a step or two.
+/// `seed`: result of an earlier search for these two solids; it is updated. With a good seed the search ends after one
+/// or two steps.
 pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: f64, seed: &mut Seed) -> Nearest {
     let radii = a.solid.radius + b.solid.radius;
     let was_seeded = seed.count > 0;
@@ -128,7 +129,8 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
     let columns = [0, 1, 2].map(|k| turned_back(&rotation, b.pose.rotation.map(|row| row[k])));
     let pose = Pose { rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|k| columns[k][i])), position: offset };
     let seen = Seen { core: &b.solid.core, pose };
-    // Points of the difference of the cores: the points of the seed, else the farthest point along the line of centres.
+    // Start points of GJK in the difference of the cores: the points of the seed, or the farthest point along the
+    // line of centres.
     let mut simplex = VoronoiSimplex::new();
     let point =
         |[on_a, on_b]: [Vector3; 2]| CsoPoint::new(in_a(on_a), in_a(plus(pose.position, turned(&pose.rotation, on_b))));
@@ -169,7 +171,7 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
                 return Nearest::At(Separation { at_least, reached, direction, nearest });
             }
         }
-        // The direction in which they are found to be far points from a to b.
+        // GJK returns the direction from a to b in which it found that the solids are far apart.
         GJKResult::NoIntersection(towards_b) if within < f64::INFINITY => {
             let direction = turned(&rotation, scaled(towards_b.to_array(), -1.0));
             let (at_least, _) = proved(a, b, direction);
@@ -183,7 +185,7 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
     Nearest::At(overlap(a, b, towards_a))
 }
 
-/// Two solids with overlapping cores. Every direction bounds the depth; the best of a few is taken.
+/// The separation of two solids with overlapping cores. Every direction gives a bound of the depth; the best of some is used.
 fn overlap(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     let radii = a.solid.radius + b.solid.radius;
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
@@ -196,7 +198,7 @@ fn overlap(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     let tried = unit(towards_a).into_iter().chain(axes).map(|n| (n, proved(a, b, n)));
     let best = tried.reduce(|best, other| if other.1.0 > best.1.0 { other } else { best });
     let (direction, (at_least, nearest)) = best.unwrap_or(([0.0, 0.0, 1.0], (-radii, [a.pose.position; 2])));
-    // The distance of touching cores is at most zero, whatever the rounding.
+    // The cores touch, so their distance is at most zero; rounding must not make it positive.
     let at_least = at_least.min(-radii);
     Separation { at_least, reached: at_least, direction, nearest }
 }
@@ -234,12 +236,12 @@ mod tests {
             (&cube, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&hull, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&ball(0.25), at([1.0, 1.0, 1.0]), &hull, at([0.0; 3]), 0.5 * diagonal - 0.25),
-            // Crossed cylinders with axes at a distance of 2.
+            // Two crossed cylinders; their axes have a distance of 2.
             (&cylinder, at([0.0; 3]), &cylinder, quarter, 1.6),
             (&cylinder, at([0.0, 0.0, 3.0]), &cube, at([0.0; 3]), 1.5),
         ] {
             let found = apart(a, pose_a, b, pose_b);
-            // The search stops within a few roundings of the size of the solids.
+            // The search stops at an error of a few roundings of the size of the solids.
             assert!((found.reached - expected).abs() < 1e-9, "{found:?} {expected}");
             assert!(found.at_least <= expected + 1e-12 && found.at_least > expected - 1e-7, "{found:?} {expected}");
         }

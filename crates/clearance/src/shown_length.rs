@@ -1,12 +1,12 @@
-//! A length as text in a sentence.
+//! Formats a length as text in a sentence.
 
-/// Decimals of a length in m: a tenth of a millimetre.
+/// Number of decimals of a length in m: the last one is a tenth of a millimetre.
 const DECIMALS: usize = 4;
-/// A length below this would be shown with one digit or none, m.
+/// Lengths below this are shown with a power of ten, because four decimals would show one digit or none, m.
 const FOUR_DECIMALS_FROM_M: f64 = 1e-3;
 
-/// A length with four decimals, without a unit; below a millimetre with two digits and a power of ten, so that only zero is shown
-/// as zero.
+/// A length in m as text with four decimals, without a unit. A length below a millimetre has two digits and a power of ten,
+/// so that only the length zero is shown as zero.
 pub fn shown_length(metres: f64) -> String {
     if metres == 0.0 || metres.abs() >= FOUR_DECIMALS_FROM_M {
         format!("{metres:.DECIMALS$}")

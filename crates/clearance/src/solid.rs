@@ -1,12 +1,12 @@
-//! A convex solid: a core, and all points within a radius of it.
+//! A convex solid: a core together with all points within a radius of the core.
 //!
 //! ```text
 //! S = core + ball(radius),   support: the point of the core farthest along a direction
 //! ```
-//! A ball is a point with a radius, and a capsule is a segment with a radius. A mesh becomes the hull of some of its vertices,
-//! with the least radius that includes the others ([`Solid::around`]). So it is never smaller than the hull of all vertices.
-//! Vertices are added until this radius is a tenth of a millimetre, or until there are too many: any excess of a body takes room
-//! from the motions.
+//! A ball is a point with a radius. A capsule is a segment with a radius. For a mesh, the core is the hull of some of its
+//! vertices, and the radius is the smallest that includes the other vertices ([`Solid::around`]). So the solid contains the
+//! hull of all vertices. Vertices are added to the core until the radius is below a tenth of a millimetre, or until the core
+//! has too many vertices. The radius is kept small because a body that is too large restricts the motions.
 //!
 //! Not here: the pose of a solid.
 
@@ -23,54 +23,54 @@ use crate::hull::{Hull, farthest};
 /// A convex solid in its own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// The core, before the radius is added.
+    /// The core: the solid without the radius.
     pub core: Core,
-    /// Radius of the ball, m.
+    /// Distance by which the solid extends beyond the core, m.
     pub radius: f64,
 }
 
-/// The core of a solid; lengths in m.
+/// The shape of the core of a solid; lengths in m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Core {
-    /// The origin.
+    /// A point at the origin.
     Point,
     /// A segment along z, from -half to half.
     Segment {
-        /// Half its length.
+        /// Half of the length of the segment.
         half: f64,
     },
-    /// A cuboid about the origin.
+    /// A cuboid with its centre at the origin.
     Cuboid {
-        /// Half its lengths.
+        /// Half of the edge lengths along x, y and z.
         half: Vector3,
     },
     /// A cylinder along z, from -half to half.
     Cylinder {
-        /// Radius of its cross-section.
+        /// Radius of the circular cross-section.
         radius: f64,
-        /// Half its length.
+        /// Half of the length of the cylinder.
         half: f64,
     },
-    /// The hull of points.
+    /// The convex hull of points.
     Hull(Hull),
 }
 
-/// Directions in which the outermost vertices of a mesh are kept at first.
+/// Number of directions in which the outermost vertices of a mesh are kept in the first step.
 const KEPT_DIRECTIONS: usize = 400;
-/// Further vertices are kept until the others are within this distance of the hull, m.
+/// More vertices are kept until all other vertices are within this distance of the hull, m.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// No more vertices are kept from this number on.
+/// No further vertices are kept if this number is reached.
 const MAX_KEPT: usize = 1000;
-/// Share of the distance of the farthest vertex from the hull, above which other vertices are treated in the same step.
+/// One step adds vertices for all points with a distance from the hull above this share of the largest distance.
 const WORST_SHARE: f64 = 0.7;
-/// Two directions with a larger cosine count as one when vertices are added.
+/// Two directions count as one if the cosine of the angle between them is larger; vertices are added for one of them only.
 const SAME_DIRECTION: f64 = 0.995;
 
-/// A mesh with all coordinates below this is scaled up for measurement, m.
+/// A mesh with all coordinates below this is scaled up before distances are measured, m.
 const RESCALED_MESH_SIZE_M: f64 = 1e-3;
 
 impl Solid {
-    /// The solid of a shape that needs no file; `None` for the others.
+    /// The solid of a box, cylinder, sphere or capsule; `None` for a shape that needs a file.
     pub(crate) fn of_primitive(shape: &CollisionShape) -> Option<Solid> {
         let sharp = |core| Some(Solid { core, radius: 0.0 });
         match shape {
@@ -86,10 +86,10 @@ impl Solid {
         }
     }
 
-    /// A solid that contains all these points and is hardly larger than their hull; `None` without points.
+    /// A solid that contains all these points and is only slightly larger than their hull; `None` without points.
     ///
-    /// Its core consists of the outermost points in many directions, and in directions where others are outside of it. The radius
-    /// is the largest distance of any point from the hull of the core's points.
+    /// The core is the hull of the outermost points in many directions, and in directions in which other points are outside
+    /// of it. The radius is the largest distance of a point from the core.
     pub fn around(points: &[Vector3]) -> Option<Solid> {
         let mut kept: Vec<usize> = directions(KEPT_DIRECTIONS).filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
@@ -98,13 +98,14 @@ impl Solid {
             return None;
         }
         let size = points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
-        // GJK treats points nearer than 2e-15 as inside: a small mesh is scaled up for measurement.
+        // GJK treats a point nearer than 2e-15 to the hull as inside it, so a small mesh is scaled up before
+        // distances are measured.
         let scale = if size > 0.0 && size < RESCALED_MESH_SIZE_M {
             2.0_f64.powi((-size.log2().ceil() as i32).min(1000))
         } else {
             1.0
         };
-        // Upper bounds of the distances of the other points: the hull only grows, so earlier distances stay upper bounds.
+        // The hull only grows, so earlier distances stay upper bounds of the distances of the other points.
         let mut hull = hull_of(points, &kept, scale);
         let measured = |hull: &Core, k: usize| Outside::of(hull, k, points[k], scale);
         let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
@@ -116,7 +117,7 @@ impl Solid {
             }
             outside.sort_by(|a, b| b.distance.total_cmp(&a.distance));
             let added = standing_out(points, &kept, &outside, NEAR_ENOUGH_M.max(WORST_SHARE * most));
-            // No point is outermost in a direction where another is outside: this is rounding.
+            // This is rounding: a point is outside in some direction, but no new point is outermost in this direction.
             if added.is_empty() {
                 break;
             }
@@ -128,7 +129,7 @@ impl Solid {
         }
         let found = outside.iter().map(|o| o.distance).fold(0.0, f64::max);
         let solid = Solid { core: hull_of(points, &kept, 1.0), radius: found };
-        // GJK can fail for a nearly flat hull: no point may be outside of the support along its direction from the centre.
+        // GJK can fail for a nearly flat hull. So the radius must also cover each point along its direction from the centre.
         let (centre, _) = solid.ball();
         let stands_out = |p: &Vector3| {
             let out = minus(*p, centre);
@@ -139,7 +140,7 @@ impl Solid {
         Some(Solid { radius, ..solid })
     }
 
-    /// A ball that contains the solid: its centre in the frame of the solid, and its radius, m.
+    /// A ball that contains the solid: its centre in the frame of the solid, m, and its radius, m.
     pub fn ball(&self) -> (Vector3, f64) {
         let (centre, reach) = match &self.core {
             Core::Point => ([0.0; 3], 0.0),
@@ -157,7 +158,7 @@ impl Solid {
         (centre, reach + self.radius)
     }
 
-    /// The largest distance of any of its points from the z axis of the frame in which it has this pose, m.
+    /// Largest distance of a point of the solid from the z axis of a frame, m. `pose`: pose of the solid in this frame.
     pub(crate) fn reach_from_z(&self, pose: &robot::Pose) -> f64 {
         let from_axis = |p: Vector3| {
             let at = pose.compose(&robot::Pose { position: p, ..robot::Pose::IDENTITY }).position;
@@ -182,7 +183,7 @@ impl Solid {
 }
 
 impl Core {
-    /// The point that is farthest along a direction.
+    /// The point of the core that is farthest along a direction.
     pub fn support(&self, along: Vector3) -> Vector3 {
         let sign = |x: f64, half: f64| if x >= 0.0 { half } else { -half };
         match self {
@@ -205,7 +206,7 @@ impl SupportMap for Core {
     }
 }
 
-/// The axes, and `count` directions spread evenly over the sphere by the golden angle.
+/// The six directions along the axes, and `count` directions spread evenly over the sphere by the golden angle.
 pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vector3> {
     let axes = [0, 1, 2].into_iter().flat_map(|k| {
         [1.0, -1.0].map(|sign| {
@@ -223,17 +224,17 @@ pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vector3> {
     axes.chain(spiral)
 }
 
-/// The hull of the points that are kept.
+/// The hull of the kept points, multiplied by `scale`.
 fn hull_of(points: &[Vector3], kept: &[usize], scale: f64) -> Core {
     Core::Hull(Hull::new(kept.iter().map(|&k| scaled(points[k], scale)).collect()))
 }
 
-/// A point that is not kept.
+/// A point that is not kept in the core.
 struct Outside {
     point: usize,
-    /// Its distance from the hull of the kept points, m.
+    /// Distance of the point from the hull of the kept points, m.
     distance: f64,
-    /// Unit vector from the nearest point of the hull to the point; or zero.
+    /// Unit vector from the nearest point of the hull to the point; zero if the distance is zero.
     along: Vector3,
 }
 
@@ -245,7 +246,7 @@ impl Outside {
     }
 }
 
-/// Outermost points that are not kept, in directions where others are outside by more than `by`, m, the farthest first.
+/// The outermost points in directions in which points lie outside of the hull by more than `by`, m, without the kept points.
 fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64) -> Vec<usize> {
     let mut directions: Vec<Vector3> = Vec::new();
     for outside in outside.iter().take_while(|o| o.distance > by) {
@@ -260,8 +261,8 @@ fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64
     added
 }
 
-/// Distance from a core to a point, m, and the direction from the nearest point of the core to it, not normalised. The distance
-/// is never too small, since it is measured to some point of the core.
+/// Distance of a point from a core, m, and the vector from the nearest point of the core to the point, not normalised. The
+/// distance is never too small, because it is measured to a point of the core.
 fn from_point(core: &Core, point: Vector3) -> (f64, Vector3) {
     let here = ParryPose::from_translation(Vector::from_array(point));
     let from = Some(-Vector::from_array(point));
@@ -270,7 +271,7 @@ fn from_point(core: &Core, point: Vector3) -> (f64, Vector3) {
     match closest_points_support_map_support_map_with_params(&here, core, &Core::Point, infinity, &mut simplex, from) {
         GJKResult::ClosestPoints(on_core, other, _) => ((on_core - other).length(), (other - on_core).to_array()),
         GJKResult::Intersection => (0.0, [0.0; 3]),
-        // Without an answer the distance to one point of the core is taken, which is never too small.
+        // If GJK gives no answer, the distance to one point of the core is used. It is never too small.
         GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => {
             let out = minus(point, core.support([-point[0], -point[1], -point[2]]));
             (norm(out), out)
@@ -284,10 +285,10 @@ mod tests {
 
     use super::*;
 
-    /// A mesh of 1e-35 m, found by fuzzing: for GJK all of it is one point.
+    /// A mesh with a size of 1e-35 m, found by fuzzing: GJK takes all its points for one point.
     #[test]
     fn the_smallest_mesh_is_held() {
-        // More points of a ball than directions.
+        // The test has more points on the ball than there are directions.
         let on_ball = |k: usize| {
             let (turn, z) = (2.4 * k as f64, (0.7 * k as f64).sin());
             let across = (1.0 - z * z).sqrt();
@@ -297,24 +298,24 @@ mod tests {
         let solid = Solid::around(&points).unwrap();
         for point in &points {
             let along = point.map(|x| 1e35 * x);
-            // Rounding of sums of three products.
+            // Allowance for the rounding of sums of three products.
             assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along) - 1e-47);
         }
     }
 
-    /// A mesh of 1e-35 m that is nearly a line, found by fuzzing: GJK takes outer points for inner ones.
+    /// A mesh of 1e-35 m that is nearly a line, found by fuzzing: GJK takes points outside of the hull for points inside.
     #[test]
     fn a_nearly_flat_mesh_is_held() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/meshes/nearly_flat.stl");
         let points = crate::mesh::parse_vertices(&std::fs::read(path).unwrap(), Path::new("nearly_flat.stl")).unwrap();
         let (centre, ball) = Solid::around(&points).unwrap().ball();
-        // Rounding of sums of three products.
+        // Allowance for the rounding of sums of three products.
         assert!(points.iter().all(|p| norm(minus(*p, centre)) <= ball * (1.0 + 1e-15)));
     }
 
     #[test]
     fn a_mesh_is_held() {
-        // A fine ball of radius 0.2 about (1, 0, 0): more vertices than directions.
+        // The mesh is a fine ball of radius 0.2 about (1, 0, 0). It has more vertices than there are directions.
         let points: Vec<Vector3> = (0..5000)
             .map(|k| {
                 let (z, angle) = (1.0 - (2 * k + 1) as f64 / 5000.0, 2.4 * f64::from(k));
@@ -330,10 +331,10 @@ mod tests {
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
             let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
             assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
-            // Among a thousand points on a ball, four are 0.16 rad apart somewhere: a cap of 0.2 (1 - cos 0.1) = 1 mm.
+            // With 1000 points on a ball, four neighbours can be 0.16 rad apart: a cap of 0.2 (1 - cos 0.1) = 1 mm is cut off.
             assert!(held < outermost + 1e-3 * norm(along), "{k}: {held} {outermost}");
         }
-        // With fewer vertices than are kept, none is outside by more than a tenth of a millimetre.
+        // If the limit of kept vertices is not reached, no vertex is outside by more than a tenth of a millimetre.
         let few: Vec<Vector3> = points.iter().step_by(6).copied().collect();
         assert!(few.len() > 2 * KEPT_DIRECTIONS && Solid::around(&few).unwrap().radius <= NEAR_ENOUGH_M);
         assert_eq!(Solid::around(&[]), None);

@@ -1,10 +1,10 @@
-//! Links with an unknown shape.
+//! Links of unknown shape: they are listed as not checked.
 
 use crate::clearance::Clearance;
 use claims::{LeftOut, LeftOutTopic};
 
 impl Clearance {
-    /// Lists the bodies that cannot be checked: bodies with an unread mesh, and bodies without geometry.
+    /// Lists the bodies that cannot be checked: bodies with a mesh that cannot be read, and bodies without geometry.
     pub(crate) fn leave_out_unknown_links(&mut self) {
         let unread = self.bodies.iter().filter(|b| !b.missing.is_empty());
         let unread = unread.map(|b| {

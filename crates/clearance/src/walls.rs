@@ -8,17 +8,18 @@ use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
 use claims::{LeftOut, LeftOutTopic};
 
-/// Change of a gap, m/rad (m/m), below which the gap counts as constant.
+/// A gap counts as constant if it changes by less than this while every moving coordinate changes by 1 rad (m), m.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
-/// Rounding of the lowest point at rest, m.
+/// Allowance for the rounding of the height of the lowest point at rest, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
-/// Largest depth of a base's mesh below the plane that the base stands on, m: the accuracy of drawn meshes.
+/// A robot still counts as standing on the plane of the base if its base mesh is below this plane by at most this, m: drawn
+/// meshes are not more accurate.
 const STANDING_TOLERANCE_M: f64 = 5e-3;
-/// The name of the base's own floor.
+/// Name of the floor in the names of gaps.
 const FLOOR: &str = "the floor";
 
 impl Clearance {
-    /// Adds the half-space above the floor, or the reason why there is none.
+    /// Adds the half-space above the floor. If there is no floor, adds the reason to the list of aspects that are not checked.
     pub(crate) fn add_floor(&mut self, rules: &ClearanceRules, situation: &Situation) -> Result<(), String> {
         self.floor = match rules.floor {
             FloorRule::At(height) => Some(height),
@@ -45,7 +46,8 @@ impl Clearance {
         Ok(())
     }
 
-    /// z = 0 where no moving body is below it at rest; else the reason why it is no floor.
+    /// The height 0 of the base plane, if no moving body is below it at the zero pose. The error gives the reason why it
+    /// is no floor.
     fn floor_of_base(&self, situation: &Situation) -> Result<f64, String> {
         let has_geometry = self.bodies.iter().any(|b| b.link.is_some() && b.has_geometry && !b.shapes.is_empty());
         match (has_geometry, self.lowest(&situation.zero)) {
@@ -58,7 +60,7 @@ impl Clearance {
         }
     }
 
-    /// The distance of a body to an assumed floor, m: the spacing, or half of the room that it has.
+    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room if this is less. 0 for other gaps.
     fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &ClearanceRules) -> f64 {
         let is_floor = gap.subject.ends_with(FLOOR);
         let (true, FloorRule::OfBase(_), Some(spacing)) = (is_floor, rules.floor, rules.spacing) else { return 0.0 };
@@ -69,7 +71,7 @@ impl Clearance {
         spacing.min(DEFAULT_SHARE_OF_ROOM * room.max(0.0))
     }
 
-    /// Whether the fixed base has a body and nothing of it is below the plane z = 0: the robot stands on it.
+    /// Whether the robot stands on the plane z = 0: the fixed base has a body, and no point of it is below this plane.
     fn stands_on_its_plane(&self) -> bool {
         let base = self.bodies.iter().filter(|b| b.link.is_none());
         let height =
@@ -78,13 +80,13 @@ impl Clearance {
         all.map(height).reduce(f64::min).is_some_and(|lowest| lowest >= -STANDING_TOLERANCE_M)
     }
 
-    /// A gap at rest, and its lower bound while every coordinate that moves changes by 1 rad (m).
+    /// The distance of a gap at rest, and its lower bound while every moving coordinate changes by at most 1 rad (m).
     fn near_rest(&self, gap: &Gap, situation: &Situation) -> GapRange {
         let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
         self.apart(gap, &self.tree.poses(&situation.rest), Some(&unit))
     }
 
-    /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
+    /// Adds the gaps between a half-space and the bodies that must stay in it, if a joint can change their distance to its plane.
     pub(crate) fn add_wall(
         &mut self,
         wall: usize,
@@ -95,10 +97,10 @@ impl Clearance {
         let topic = if name == FLOOR { LeftOutTopic::Floor } else { LeftOutTopic::Region };
         let mut points = Vec::new();
         let mut beyond: Option<(String, f64)> = None;
-        // one gap for each body: all its shapes that the half-space is about
+        // each body gets one gap, with all its shapes that must stay in the half-space
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
-            // A rule may name a body, the link that carries it, or a frame with a point as its shape.
+            // A rule may name a body, the link that carries the body, or a frame of a body of points.
             let is_meant = |shape: usize| match &links {
                 None => true,
                 Some(links) => {
@@ -111,7 +113,7 @@ impl Clearance {
                 continue;
             }
             let shapes: Vec<usize> = (0..body.shapes.len()).filter(|&s| is_meant(s)).collect();
-            // A mesh that cannot be read and links without a shape are listed, not left out in silence.
+            // Meshes that cannot be read and links without a shape are listed as not checked.
             if !body.missing.is_empty() {
                 let whose = if shapes.is_empty() { "" } else { "unread parts of " };
                 let (of, why) = (vec![format!("{whose}{} at {name}", body.name)], body.missing.join("; "));
@@ -136,7 +138,7 @@ impl Clearance {
                 joints: self.between(body.link, None),
                 is_constant: false,
             };
-            // A gap that no free joint changes is not checked: it is always kept, or never.
+            // A gap that no free joint changes is not added: the distance is constant, so it is always kept or never.
             let now = self.near_rest(&gap, situation);
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 let bound = self.spacing_to_floor(&gap, situation, rules);
@@ -145,7 +147,7 @@ impl Clearance {
                 beyond = Some((body.name.clone(), now.reached));
             }
         }
-        // a body that no joint moves out: an error; links of points: an assumption
+        // a body that is always beyond the half-space is an error; links without shape are noted as an assumption
         if let Some((body, reached)) = beyond {
             return Err(self.always_beyond(&body, reached, &name));
         }
@@ -157,11 +159,11 @@ impl Clearance {
         Ok(())
     }
 
-    /// The error text for a body that is always beyond a half-space, with a remedy.
+    /// The error text for a body that is beyond a half-space in all poses, with a suggested remedy.
     fn always_beyond(&self, body: &str, reached: f64, name: &str) -> String {
         let far = shown_length(-reached);
         let remedy = match self.floor.filter(|_| name == FLOOR) {
-            // A floor that touches the body is beyond it by rounding: it is lowered to a multiple of 1 mm.
+            // Rounding can put a body beyond a floor that it only touches. So the floor is lowered to a multiple of 1 mm.
             Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached) - 0.5).floor() / 1e3),
             None => format!("name the links that must stay in (links: [..]), or move {name} by more than that"),
         };
@@ -192,7 +194,7 @@ mod tests {
         assert_eq!(lifted.floor(), Some(0.0));
         assert_eq!(lifted.gaps().last().unwrap().subject, "hand at the floor");
         let (lowest, whose) = lifted.lowest(&[0.0, 0.0, 1.0]).unwrap();
-        // The hand, 0.2 m long and 0.02 m thick, hangs down by a radian.
+        // The hand, 0.2 m long and 0.02 m thick, points down at an angle of 1 rad.
         let expected = 0.2 - 0.2 * 1.0_f64.sin() - 0.01 * 1.0_f64.cos();
         assert!(whose == "hand" && (lowest - expected).abs() < 1e-12, "{lowest} {expected} {whose}");
     }

@@ -1,4 +1,4 @@
-//! Artefacts that the commands read and write.
+//! Reads and writes the artefacts of the commands (plans, motions, estimates ..).
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::interrupt::undivided;
 use crate::model::ModelArguments;
 
-/// Creates a directory if it does not exist, but not its parents: missing parents are probably typing errors.
+/// Creates a directory if it does not exist. Its parents are not created: a missing parent is probably a typing error.
 pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Ok(());
@@ -21,30 +21,30 @@ pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// An estimate, and its model, which is read with the options of the estimate where no flag replaces them. Fails where the
-/// estimate was made with another model.
+/// Reads an estimate and its model. The model is read with the options of the estimate, unless a flag replaces them. Fails if
+/// the estimate was made with another model.
 pub(crate) fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let model = model_of(&estimate, path, arguments)?;
     Ok((estimate, model))
 }
 
-/// The model of an estimate in the file `path`, read with the options of the estimate where no flag replaces them. Fails where
-/// the estimate was made with another model.
+/// The model of an estimate in the file `path`. It is read with the options of the estimate, unless a flag replaces them. Fails
+/// if the estimate was made with another model.
 pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
     model.check_estimate(path, estimate)?;
     Ok(model)
 }
 
-/// Reads a plan. Fails where it was made with another model.
+/// Reads a plan. Fails if it was made with another model.
 pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
 }
 
-/// The text of a series: Parquet for the extension .parquet, otherwise CSV.
+/// The content of a file with a series of torques: Parquet for the extension .parquet, otherwise CSV.
 pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
     match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
         true => Ok(series_to_parquet(series, coordinates)?),
@@ -60,10 +60,10 @@ pub(crate) enum MotionFile {
     Motion(Box<ExcitingMotion>),
 }
 
-/// Reads a plan or a motion. Fails where it was made with another model.
+/// Reads a plan or a motion. Fails if it was made with another model.
 pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Files of earlier versions are distinguished by their keys: every motion has a period, no plan has one.
+    // Files of earlier versions have no kind, but their keys differ: every motion has a period, no plan has one.
     let is_motion = ArtefactKind::of(&text)
         .map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == ArtefactKind::Motion);
     if !is_motion {
@@ -82,7 +82,7 @@ pub(crate) fn write_file(out: &Path, content: impl AsRef<[u8]>) -> Result<(), ri
     undivided(|| rist::output::write_file(out, content, &inputs))
 }
 
-/// Refuses outputs that are inputs, and two outputs with the same file.
+/// Fails if an output is one of the inputs, or if two outputs are the same file.
 pub(crate) fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[&Path],

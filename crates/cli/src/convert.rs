@@ -1,4 +1,4 @@
-//! `rist convert`: a description from one format to another, or its parameters from one convention to another.
+//! `rist convert`: writes a description in another format, or its parameters in another convention.
 
 use std::path::PathBuf;
 
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let robot = match format {
         DescriptionFormat::Par | DescriptionFormat::Yaml => model.read()?,
-        // A URDF contains numbers only: a symbol needs its value.
+        // A URDF contains only numbers, so each symbol needs a value.
         DescriptionFormat::Urdf => model.read_with_values()?,
     };
     let converted = rist::convert(&robot, format)?;

@@ -51,7 +51,7 @@ fn as_json(log: &str, log_check: &LogCheck) -> Value {
     })
 }
 
-/// Findings as JSON, the worst first.
+/// The findings as JSON, the worst first.
 pub(crate) fn findings(findings: &[Finding]) -> Vec<Value> {
     let one = |f: &Finding| {
         let is_gross = f.fault.is_gross();

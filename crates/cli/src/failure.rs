@@ -9,7 +9,7 @@ use rist::request::spelling::{Audience, spelled};
 /// The exit code for input that cannot be used.
 pub(crate) const UNUSABLE: u8 = 2;
 
-/// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
+/// A message for the user and an exit code: 2 if the input cannot be used, 1 if the input was used and the answer is no.
 pub(crate) struct Failure {
     message: String,
     code: u8,
@@ -21,12 +21,12 @@ impl Failure {
         Failure { message: message.to_string(), code: UNUSABLE, place: None }
     }
 
-    /// A failure after complete work, whose result is printed: the answer is no.
+    /// The failure of a command that did its work and printed the result: the answer is no.
     pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
-    /// The message for the user, with the line of the file that it is about.
+    /// The message for the user, with the line of the file at fault.
     pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
         format!("rist: {}\n{line}", spelled(&self.message, Audience::Program))
@@ -53,13 +53,13 @@ impl<E: Into<rist::Error>> From<E> for Failure {
     }
 }
 
-/// Largest part of a file in which a line is searched, bytes.
+/// Number of bytes at the start of a file in which the line is searched.
 const SEARCHED_BYTES: usize = 1 << 20;
 /// Number of characters of the line that are shown.
 const SHOWN_CHARACTERS: usize = 100;
 
-/// The line of a text, and a mark below the column if it is known; `None` where the line cannot be shown, for example of a
-/// pipe, which cannot be read twice.
+/// The line at `place`, and a mark below the column if it is known. `None` if the line cannot be shown: a pipe, for example,
+/// cannot be read twice.
 fn excerpt(place: &Place) -> Option<String> {
     let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
     let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
@@ -69,7 +69,7 @@ fn excerpt(place: &Place) -> Option<String> {
 fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
-    // A part of the line that contains the column and the characters before it.
+    // The shown part of a long line starts before the column of the fault.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
     let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();

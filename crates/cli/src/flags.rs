@@ -1,4 +1,4 @@
-//! The flags of a request, generated from the table of its fields: their help, their values, and the request itself.
+//! Generates the flags of a request from the table of its fields: their help, their values, and the request itself.
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -28,7 +28,7 @@ impl FlagValues {
         FlagValues(fields.map(|field| (field.clone(), texts(&field))).collect())
     }
 
-    /// The request by its own flags; files that it names are read.
+    /// Reads the request `R` from the flags that are its fields; files that they name are read.
     pub(crate) fn read<R: Request>(&self) -> Result<R, Failure> {
         let (mut request, own) = (R::default(), R::fields());
         for (field, texts) in self.0.iter().filter(|(field, _)| own.iter().any(|own| own.name == field.name)) {
@@ -37,12 +37,12 @@ impl FlagValues {
         Ok(request)
     }
 
-    /// The names of the flags.
+    /// The names of the given flags.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> {
         self.0.iter().map(|(field, _)| field.name)
     }
 
-    /// The file of a flag; empty where it is not given.
+    /// The file of a flag; an empty path if the flag is not given.
     pub(crate) fn file(&self, name: &str) -> &Path {
         let given = self.0.iter().find(|(field, _)| field.name == name);
         given.and_then(|(_, texts)| texts.last()).map_or(Path::new(""), Path::new)
@@ -59,7 +59,7 @@ impl FlagValues {
 pub(crate) struct Flags<R>(FlagValues, PhantomData<R>);
 
 impl<R: Request> Flags<R> {
-    /// The request; files that it names are read.
+    /// Reads the request; files that it names are read.
     pub(crate) fn read(&self) -> Result<R, Failure> {
         self.0.read()
     }
@@ -94,7 +94,7 @@ impl<R: Request> FromArgMatches for Flags<R> {
     }
 }
 
-/// The flag of a field.
+/// The flag on the command line for a field.
 pub(crate) fn flag(field: &Field) -> Arg {
     let name = if field.value_name.is_empty() { field.name.to_uppercase() } else { field.value_name.into() };
     let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Audience::Program));
@@ -104,7 +104,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
     if !field.heading.is_empty() {
         flag = flag.help_heading(field.heading);
     }
-    // After the flag: nothing, a text, a number, a list, or one text each time it is given.
+    // What follows the flag: nothing, a text, a number, a list, or one text each time it is given.
     flag = match field.shape.flag {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,
@@ -113,7 +113,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
         Flag::List => flag.action(ArgAction::Append).value_delimiter(','),
         Flag::Repeated => flag.action(ArgAction::Append),
     };
-    // Words and numbers show their default; other defaults are part of the help text.
+    // Words and numbers show their default; the help text names other defaults.
     flag = match &field.default {
         Value::Number(x) => flag.default_value(number(x.as_f64().unwrap_or(f64::NAN))),
         Value::String(word) if !field.shape.words.is_empty() => flag.default_value(word.clone()),

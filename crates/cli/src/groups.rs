@@ -1,9 +1,10 @@
-//! The commands in the order of use, by purpose: the most frequent flags, and an example each.
+//! The groups of commands in the order of use; each command with its most frequent flags and examples.
 //!
-//! The format of `groups.txt`: a group after `#`; a command, with the flags that `--help` shows (`all`; `own`: without the
-//! options of the description; or a list); command lines, each with its purpose below it.
+//! Format of `groups.txt`: a line `# TITLE` starts a group. A line `COMMAND: FLAGS` gives the flags that `--help` shows: `all`,
+//! `own` (all without the options of the description), or a list. Then follow command lines, each with its purpose in the line
+//! below.
 
-/// A step of the work, with its commands in the order of use.
+/// A group of commands for one step of the work, in the order of use.
 pub(crate) struct CommandGroup {
     pub title: &'static str,
     pub commands: Vec<CommandHelp>,
@@ -14,7 +15,7 @@ pub(crate) struct CommandHelp {
     pub name: &'static str,
     /// The flags that `--help` shows.
     pub shown: ShownFlags,
-    /// Command lines with their purposes.
+    /// Examples: command lines, each with its purpose.
     pub examples: Vec<(&'static str, &'static str)>,
 }
 
@@ -24,7 +25,7 @@ pub(crate) enum ShownFlags {
     All,
     /// All flags except the options of the description.
     Own,
-    /// These flags.
+    /// Only these flags.
     Only(Vec<&'static str>),
 }
 

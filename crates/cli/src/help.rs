@@ -1,7 +1,8 @@
-//! The help of the program: commands in the order of use, the most frequent flags, an example each.
+//! Builds the help of the program: commands in the order of use, the most frequent flags, an example each.
 //!
 //! `--help` (and `-h`) has at most 60 lines: the purpose of a command, the flags of [`groups`], an example. `--help-all` has
-//! every flag with its full text. The shared flags, options of the description and of the terminal, come last in both.
+//! every flag with its full text. The flags that all commands share (options of the description and of the terminal) come last
+//! in both.
 
 use clap::{Arg, ArgAction, Command};
 use rist::ModelOptions;
@@ -11,7 +12,7 @@ use crate::groups::ShownFlags::{All, Only, Own};
 use crate::groups::{CommandGroup, CommandHelp, groups};
 use crate::terminal::folded;
 
-/// Three commands for a new user with a description and a log.
+/// Three commands to start with, for a user with a description and a log, and their purposes.
 const FIRST_STEPS: [(&str, &str); 3] = [
     ("rist doctor robot.urdf log.csv", "do robot and log belong together?"),
     ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
@@ -23,7 +24,7 @@ pub(crate) const COLUMNS: usize = 100;
 const SHARED_HEADING: &str = "How the description is read";
 const TERMINAL_HEADING: &str = "Terminal";
 
-/// The program with its help: commands by groups, flags in the defined order.
+/// The program with its help: commands in groups, flags in the defined order.
 pub(crate) fn arranged(program: Command) -> Command {
     let groups = groups_of(&program);
     let list = list(&program, &groups);
@@ -36,7 +37,7 @@ pub(crate) fn arranged(program: Command) -> Command {
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 
-/// The groups with the commands of this program, which may lack wings.
+/// The groups with the commands that this program has; wings may be missing.
 fn groups_of(program: &Command) -> Vec<CommandGroup> {
     let mut groups = groups();
     groups.iter_mut().for_each(|group| group.commands.retain(|help| program.find_subcommand(help.name).is_some()));
@@ -44,7 +45,7 @@ fn groups_of(program: &Command) -> Vec<CommandGroup> {
     groups
 }
 
-/// All commands by groups, and the first steps.
+/// The text that lists all commands in groups, and the first steps.
 fn list(program: &Command, groups: &[CommandGroup]) -> String {
     let styles = program.get_styles();
     let (header, literal) = (styles.get_header(), styles.get_literal());
@@ -68,7 +69,7 @@ fn examples(of: &[(&str, &str)]) -> String {
     of.iter().map(|(line, what)| format!("  {line}\n      {what}\n")).collect()
 }
 
-/// A command with its flags in this order: its own flags, options of the description, options of the terminal.
+/// Arranges the flags of a command: its own flags, options of the description, options of the terminal.
 fn of(help: &CommandHelp, command: Command) -> Command {
     let shared: Vec<&str> = ModelOptions::fields().iter().map(|field| field.name).collect();
     let is_shared = |arg: &Arg| shared.contains(&arg.get_id().as_str());
@@ -110,7 +111,7 @@ fn of(help: &CommandHelp, command: Command) -> Command {
         .after_help(format!("{heading}\n{}", examples(&help.examples).trim_end()))
 }
 
-/// Display order after the other flags of the terminal.
+/// Display order of a flag that comes after the other flags of the terminal.
 const LAST_DISPLAY_ORDER: usize = 1000;
 
 #[cfg(test)]

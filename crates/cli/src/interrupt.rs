@@ -1,4 +1,4 @@
-//! Interruptions: Ctrl-C during a search ends the search with its best result; a second Ctrl-C ends the program. A file that is
+//! Handles Ctrl-C: during a search it ends the search with its best result; a second Ctrl-C ends the program. A file that is
 //! being written is completed before the program ends.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -11,7 +11,7 @@ use signal_hook::low_level::emulate_default_handler;
 
 use crate::failure::Failure;
 
-/// Exit codes of the shell's convention for SIGINT and SIGTERM.
+/// Exit codes after SIGINT and SIGTERM, by the convention of shells.
 const INTERRUPTED: i32 = 130;
 const TERMINATED: i32 = 143;
 
@@ -19,40 +19,41 @@ const TERMINATED: i32 = 143;
 pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
-    // The handler of the second Ctrl-C is registered first, so that it sees whether there was one before.
+    // The handler that ends the program is registered before the one that sets the flag: at the first Ctrl-C it still finds the
+    // flag unset.
     register_conditional_shutdown(SIGINT, INTERRUPTED, flag.clone())
         .and_then(|_| register(SIGINT, flag.clone()))
         .map_err(|e| Failure::new(format_args!("Ctrl-C cannot be waited for: {e}")))?;
     let outcome = interruption.during(work);
-    // After the search, `undivided` decides when a signal ends the program.
+    // After the search, a Ctrl-C ends the program again, at a time that `undivided` allows.
     flag.store(false, Ordering::Relaxed);
     Ok(outcome)
 }
 
-/// Whether a signal may end the program at once, and the signal that came while it might not.
+/// `at_once`: whether a signal may end the program at once; `asked`: the signal that came while it must not.
 struct Ending {
     at_once: Arc<AtomicBool>,
     asked: Arc<AtomicUsize>,
 }
 
-/// Handles signals from the first undivided work on; before that, signals have their default effect.
+/// The signal handlers, registered at the first call of [`undivided`]; before that, signals have their default effect.
 static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     let (at_once, asked) = (Arc::new(AtomicBool::new(true)), Arc::new(AtomicUsize::new(0)));
     for (signal, code) in [(SIGINT, INTERRUPTED), (SIGTERM, TERMINATED)] {
-        // Where a handler cannot be registered, the signal keeps its default effect.
+        // If a handler cannot be registered, the signal keeps its default effect.
         let _ = register_conditional_shutdown(signal, code, at_once.clone())
             .and_then(|_| register_usize(signal, asked.clone(), signal as usize));
     }
     Ending { at_once, asked }
 });
 
-/// Runs work that Ctrl-C and SIGTERM do not interrupt: the program ends after it.
+/// Runs work that Ctrl-C and SIGTERM do not interrupt; if such a signal comes, the program ends after the work.
 pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     ENDING.at_once.store(false, Ordering::SeqCst);
     let outcome = work();
     ENDING.at_once.store(true, Ordering::SeqCst);
     if let Ok(signal @ 1..) = i32::try_from(ENDING.asked.load(Ordering::SeqCst)) {
-        // This call does not return.
+        // This call ends the program.
         let _ = emulate_default_handler(signal);
     }
     outcome

@@ -1,7 +1,7 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 //!
-//! It is a library, so that the Python package contains the same program: `bin/rist.rs` and the command `rist` of that package
-//! call [`run_program`].
+//! The program is a library, so that the Python package can contain it: `bin/rist.rs` and the command `rist` of that package
+//! both call [`run_program`].
 
 #![warn(missing_docs)]
 
@@ -103,7 +103,7 @@ enum Command {
 }
 
 impl Command {
-    /// The output of a command without a JSON result; `None` for other commands.
+    /// Words for the output of a command that has no JSON result; `None` for other commands.
     fn other_than_json(&self) -> Option<&'static str> {
         match self {
             Command::Convert(_) => Some("convert writes a description, or CSV"),
@@ -121,11 +121,11 @@ impl Command {
     }
 }
 
-/// Largest freed block that raises glibc's mmap threshold, bytes: 32 MiB, minus the header of the block.
+/// Largest block that raises the mmap threshold of glibc when it is freed, bytes: 32 MiB minus a reserve for the header.
 const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
-/// Keeps freed memory for reuse: glibc's threshold follows the largest block that was freed (mallopt(3),
-/// `M_MMAP_THRESHOLD`). For a long log this avoids clearing sixty thousand pages again.
+/// Makes the allocator keep freed memory for reuse: the threshold of glibc follows the largest block that was freed
+/// (mallopt(3), `M_MMAP_THRESHOLD`). For a long log, the system then need not clear sixty thousand pages again.
 fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
@@ -135,8 +135,9 @@ fn program() -> clap::Command {
     help::arranged(Arguments::command())
 }
 
-/// Runs the program with the words of a command line; the first word is its own name. Returns the exit code: 0, 1 for a verdict
-/// against the input, 2 for unusable input. Only once per process, because the settings of the terminal are permanent.
+/// Runs the program with the words of a command line; the first word is the program's own name. Returns the exit code: 0 for
+/// success, 1 if the answer is no, 2 for unusable input. Call it only once per process, because the settings of the terminal
+/// are permanent.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
     wings::register();
@@ -148,12 +149,12 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
             UNUSABLE
         }
         Err(e) => {
-            // Prints help and version too. An error of printing cannot be reported.
+            // This prints help and version too. An error of printing cannot be reported.
             let _ = e.print();
             if e.use_stderr() { UNUSABLE } else { 0 }
         }
     };
-    // In the Python package nothing else flushes it.
+    // In the Python package nothing else flushes standard output.
     let _ = io::stdout().flush();
     code
 }
@@ -176,7 +177,7 @@ fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -
     }
 }
 
-/// Runs a command. A command of a wing is missing where the wing is not built in.
+/// Runs a command. The commands of a wing exist only if the wing is built in.
 fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Inspect(arguments) => inspect::run(&arguments),

@@ -1,4 +1,4 @@
-//! `rist lint`: looks for frequent mistakes in a description.
+//! `rist lint`: searches a description for frequent mistakes.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The model on the command line: its file, and the options for reading it.
+//! The arguments for a model on the command line: its file, and the options for reading it.
 
 use std::path::PathBuf;
 
@@ -20,12 +20,12 @@ pub(crate) struct ModelArguments {
 }
 
 impl ModelArguments {
-    /// The options by the flags.
+    /// The options that the flags give.
     pub(crate) fn options(&self) -> Result<ModelOptions, Failure> {
         self.options.read()
     }
 
-    /// The description; nothing is derived. Prints a note on angles that the reader replaced.
+    /// Reads the description without deriving anything. Prints a note on angles that the reader replaced.
     pub(crate) fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options()?)
     }
@@ -39,19 +39,19 @@ impl ModelArguments {
         Ok(robot)
     }
 
-    /// The description. Fails where a symbol has no value.
+    /// Reads the description. Fails if a symbol has no value.
     pub(crate) fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::describe::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
-    /// The model, read with the options of an artefact; flags replace them key by key.
+    /// Derives the model, read with the options of an artefact; flags replace these options one by one.
     pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
         self.derive_by(&self.options()?.over(&description.cloned().unwrap_or_default())?)
     }
 
-    /// The derived model.
+    /// Derives the model.
     pub(crate) fn derive(&self) -> Result<Model, Failure> {
         self.derive_by(&self.options()?)
     }
@@ -66,7 +66,7 @@ impl ModelArguments {
     }
 }
 
-/// Whether the coordinate of this name slides; `None` where it does not exist.
+/// Whether the coordinate with this name slides; `None` if there is no such coordinate.
 pub(crate) fn is_prismatic(model: &Model, name: &str) -> Option<bool> {
     let regressor = model.regressor();
     let place = regressor.coordinates().iter().position(|known| known == name)?;

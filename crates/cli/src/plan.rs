@@ -1,4 +1,4 @@
-//! `rist plan`: a model -> the experiments that identify it best.
+//! `rist plan`: plans the experiments that identify a model best.
 
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
-    // The output is checked before the search, which takes seconds.
+    // The output file is checked before the search, which takes seconds.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     // A forecast is printed before a choice that takes minutes.
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::motion::planning::Planned { plan, notes, checked } =
         interruptible(|| rist::plan(&model, &request, &report_progress))??;
-    // The experiment with the lowest point: the last lines of all experiments are otherwise equal.
+    // The last line of the experiment with the lowest point is printed; apart from this point, these lines are equal for all.
     let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
     let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));
     let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.claims()));

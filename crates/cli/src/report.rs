@@ -1,4 +1,4 @@
-//! `rist report`: artefacts, and the logs of an estimate -> one page and its pictures.
+//! `rist report`: makes one page with pictures from artefacts, and from the logs of an estimate.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
     check_parts(&files)?;
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
-    // The page must not overwrite these files.
+    // These files must not be overwritten by the page.
     let of_user = shown.into_iter().chain([&files.model, &files.against]);
     let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(write_file(&arguments.out, &page)?)
 }
 
-/// Refuses an empty page, and parts that need other parts.
+/// Fails if the page would be empty, or if a part lacks another part that it needs.
 fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
     if shown.iter().all(|file| file.is_none()) {
@@ -113,7 +113,7 @@ fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The other estimate with the name of its file. Fails where its parameters have other meanings.
+/// The estimate to compare with, and the name of its file. Fails if its parameters have other meanings.
 fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
     let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
         return Ok(None);
@@ -172,7 +172,7 @@ pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option
     Ok(rist::page::page(&request).0)
 }
 
-/// A motion and its plot data; proved again where its model is given.
+/// Reads a motion and makes its plot data; if its model is given, its limits are proved again.
 fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, MotionPlotData), Failure> {
     let artefact = ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let plot_data = match model {
@@ -185,15 +185,15 @@ fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, Mo
     Ok((artefact, plot_data))
 }
 
-/// Version and command of a page.
+/// The date, version and command that a page shows.
 fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
     Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
 }
 
-/// The words of the command line, set once.
+/// The words of the command line; they are set once.
 static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Keeps the words of the command line, of which the first is the program's name, for pages.
+/// Stores the words of the command line for pages; the first word is the program's name.
 pub(crate) fn set_command(words: &[OsString]) {
     // Only the first call has an effect; it happens at the start of the program.
     let _ = COMMAND.set(words.to_vec());
@@ -210,7 +210,7 @@ fn command() -> String {
     ["rist".to_string()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// The model, read with the options of the estimate. Fails where the estimate was made with another model.
+/// Reads the model with the options of the estimate. Fails if the estimate was made with another model.
 fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Model, Failure> {
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
@@ -220,7 +220,7 @@ fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> 
     Ok(model)
 }
 
-/// Verdict and plot data by the logs.
+/// The verdict on an estimate, and plot data of its logs.
 struct Drawn {
     verdict: Option<Verdict>,
     plot_data: Option<PlotData>,

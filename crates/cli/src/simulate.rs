@@ -1,4 +1,4 @@
-//! `rist simulate`: a model and a plan, or a motion -> simulated logs.
+//! `rist simulate`: simulates the logs of a plan or of a motion.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
-//! Output of the program: the result on standard output, as text or as JSON; notes and progress on standard error.
+//! Prints the output of the program: the result on standard output, as text or as JSON; notes and progress on standard error.
 //!
-//! Only a terminal gets colours. Work that takes longer than a second shows its name on a terminal, in a line that is erased
-//! afterwards.
+//! Colours are printed only on a terminal. Work that takes longer than a second shows its name on the terminal, in a line that
+//! is erased afterwards.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -35,7 +35,7 @@ pub(crate) struct TerminalArguments {
     pub color: ColorChoice,
 }
 
-/// Set once, before any output.
+/// The arguments for the terminal; they are set once, before any output.
 static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
 
 /// Sets colours and form of all later output.
@@ -67,7 +67,7 @@ pub(crate) fn print_result(
     print_folded(text, columns(), json)
 }
 
-/// Prints the result of a command like [`print_result`], but without folding lines, since it is meant for a file.
+/// Prints the result of a command like [`print_result`], but does not fold lines, since the text is meant for a file.
 pub(crate) fn print_lines(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
@@ -107,12 +107,12 @@ pub(crate) fn note(text: impl Display) {
     }
 }
 
-/// Width at which sentences are folded, unless the terminal is narrower, characters.
+/// Width at which sentences are folded, characters; less on a narrower terminal.
 const LARGEST_WIDTH: usize = 100;
-/// Smallest width for folding, characters: a narrower terminal folds by itself.
+/// Smallest width for folding, characters; a narrower terminal wraps lines by itself.
 const SMALLEST_WIDTH: usize = 40;
 
-/// Width of standard output, characters: by COLUMNS in the environment, otherwise by the terminal, at most 100.
+/// Width of standard output, characters: from the environment variable COLUMNS, otherwise from the terminal, at most 100.
 fn columns() -> usize {
     let asked = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || {
@@ -123,7 +123,7 @@ fn columns() -> usize {
     asked.unwrap_or_else(of_terminal).max(SMALLEST_WIDTH)
 }
 
-/// The text with its sentences folded; lines of tables, with several blanks between their cells, stay.
+/// Folds the sentences of a text. Lines of tables, which have several blanks between their cells, are not folded.
 fn in_columns(text: &str, columns: usize) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -143,7 +143,7 @@ fn in_columns(text: &str, columns: usize) -> String {
     out
 }
 
-/// The words of a text in lines of at most `columns` characters; a longer word gets its own line.
+/// Splits a text into lines of at most `columns` characters; a longer word gets its own line.
 pub(crate) fn folded(text: &str, columns: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -177,7 +177,7 @@ pub(crate) fn complain(text: &str) {
     let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
 
-/// Words at the start of a line that are coloured.
+/// Words that are coloured at the start of a line.
 const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("trust: yes", AnsiColor::Green),
     ("trust: with care", AnsiColor::Yellow),
@@ -186,7 +186,7 @@ const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("rist:", AnsiColor::Red),
 ];
 
-/// The text with its words in colours, which are removed for a stream that is no terminal.
+/// Adds colours to these words; they are removed again for a stream that is no terminal.
 fn coloured(text: &str) -> String {
     let line = |line: &str| match COLOURED_WORDS.iter().find(|(word, _)| line.starts_with(word)) {
         Some((word, color)) => {
@@ -198,11 +198,11 @@ fn coloured(text: &str) -> String {
     text.split_inclusive('\n').map(line).collect()
 }
 
-/// The current work of the program.
+/// The work that the program does now.
 struct ProgressState {
     what: String,
     since: Instant,
-    /// Whether a line about it is on the terminal.
+    /// Whether a line about this work is on the terminal.
     shown: bool,
 }
 
@@ -218,7 +218,7 @@ fn at() -> MutexGuard<'static, Option<ProgressState>> {
     AT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Erases the line of the current work until the guard is dropped.
+/// Erases the line of the current work, and keeps it off the terminal until the guard is dropped.
 fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     let mut now = at();
     if let Some(at) = now.as_mut().filter(|at| at.shown) {
@@ -228,7 +228,7 @@ fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     now
 }
 
-/// Sets the current work: `reading log.csv`. It is shown on a terminal after one second.
+/// Sets the current work, for example `reading log.csv`. The terminal shows it after one second.
 pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {
@@ -243,12 +243,12 @@ pub(crate) fn at_work(what: impl Display) {
     }
 }
 
-/// Ends the current work.
+/// Erases the line of the current work, which has ended.
 pub(crate) fn rest() {
     *took_away() = None;
 }
 
-/// Shows the current work; runs until the program ends.
+/// Shows the current work again and again, until the program ends.
 fn watch() {
     loop {
         thread::sleep(WATCH_INTERVAL);

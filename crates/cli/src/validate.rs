@@ -1,4 +1,4 @@
-//! `rist validate`: an estimate and logs that were not fitted -> its prediction errors.
+//! `rist validate`: computes the prediction errors of an estimate on logs that were not fitted.
 
 use std::path::{Path, PathBuf};
 
@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         at_work(format_args!("reading {}", path.display()));
         options.map(|options| model.open_log(path, &options.columns).map(|(log, _)| log)).transpose()
     };
-    // Empty for an estimate of experiments, whose motions are read later.
+    // For an estimate of experiments this list is empty; its motions are read later.
     let logs: Vec<LogSource> = motions.iter().filter_map(|path| open(path).transpose()).collect::<Result<_, _>>()?;
     at_work("validating");
     let validation = match options {
@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     refused(&verdict, false)
 }
 
-/// The given logs; for a directory, its validation motions in the order of their names.
+/// The given logs; a directory is replaced by its validation motions in the order of their names.
 fn motions(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut logs = Vec::new();
     for path in given {

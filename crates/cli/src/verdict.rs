@@ -1,4 +1,4 @@
-//! The end of commands with a verdict.
+//! Prints the verdict at the end of a command, and sets the exit code.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub(crate) fn as_json(verdict: &Verdict) -> Value {
     })
 }
 
-/// Prints an estimate with its verdict, and writes it to `out`, if given; exit code 1 where the verdict is no.
+/// Prints an estimate with its verdict, and writes it to `out`, if given. Fails with exit code 1 if the verdict is no.
 pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path>) -> Result<(), Failure> {
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(estimate)?, "verdict": as_json(verdict)}))
@@ -38,7 +38,7 @@ pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path
     refused(verdict, false)
 }
 
-/// A failure with exit code 1 where the verdict is no; `withheld`: requested files are not written.
+/// Fails with exit code 1 if the verdict is no. `withheld`: whether requested files were not written.
 pub(crate) fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
     let (trust, reasons) = match withheld {
         true => verdict.of_bodies(),

@@ -1,9 +1,9 @@
-//! Sine and cosine in C without a library: the operations equal the operations of the Rust file (sine.rs), so that the bits
-//! are the same where both fuse or neither does.
+//! Sine and cosine in C without a library. The operations equal the operations of the Rust file (sine.rs), so C and Rust give the
+//! same bits if both fuse or neither does.
 //!
-//! The inner loop is as wide as a vector register: gcc and clang put it into one at -O2. The library's functions are used
-//! where compiler options allow regrouped sums, which would undo the rounding to an integer, and with the 80-bit registers
-//! of an old x86.
+//! The inner loop takes as many angles as a vector register holds: gcc and clang vectorise it at -O2. The library's functions are
+//! used in two cases: if compiler options allow regrouped sums, which would undo the rounding to an integer, and with the 80-bit
+//! registers of an old x86.
 
 use expr::{Function, Node};
 
@@ -13,19 +13,19 @@ use crate::steps::Angle;
 /// The largest number of angles in one vector register.
 const MAX_ANGLES_PER_REGISTER: usize = 4;
 
-/// Whether some function takes a sine or cosine.
+/// Whether some function needs a sine or a cosine.
 pub(crate) fn is_read(functions: &[&Function]) -> bool {
     functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sin(_) | Node::Cos(_))))
 }
 
-/// The C function of several angles, with the functions it calls. It uses `fused` and `fusedf`: a b + c of double and float.
+/// The C text of `sin_cos_of_each` and of the functions it calls. It uses `fused` and `fusedf`: a b + c of double and float.
 pub(crate) fn sin_cos_of_each() -> String {
     let of_double = sin_cos_of_double(&sine::statements("f64"));
     let of_float = in_float(&sin_cos_of_double(&sine::statements("f32")));
     [LIBRARY, DOC_OF_DOUBLE, &of_double, DOC_OF_FLOAT, &of_float, LOOP].concat()
 }
 
-/// The C function of one angle, with the numbers and the polynomials of the Rust statements.
+/// The C text of `sin_cos_of_double`, for one angle, with the numbers and the polynomials of the Rust statements.
 fn sin_cos_of_double(statements: &str) -> String {
     let number = |name: &str| between(statements, name, ";\n").rsplit(" = ").next().unwrap_or("");
     let parts = number("PARTS").trim_matches(['[', ']']).split(", ");
@@ -34,10 +34,10 @@ fn sin_cos_of_double(statements: &str) -> String {
     text.replace("POLYNOMIALS", &polynomials(statements).replace("let ", ""))
 }
 
-/// A function of doubles changed into a function of floats, without its comments.
+/// Changes the C text of a function of doubles into a function of floats; lines with a comment are dropped.
 fn in_float(function: &str) -> String {
     const ENDS: [char; 5] = [' ', ',', ')', ';', '\n'];
-    // A number with a point gets the suffix of a float.
+    // A number with a decimal point gets the suffix of a float.
     let with_suffix = |piece: &str| {
         let (word, end) = piece.split_at(piece.trim_end_matches(ENDS).len());
         let is_number = word.contains('.') && word.ends_with(|c: char| c.is_ascii_digit());
@@ -142,9 +142,9 @@ static void sin_cos_of_each(int n, const real *restrict angles, real *restrict s
 #endif
 ";
 
-/// Statements that assign the sines and cosines of `angles` that something reads to their `names`; `of`: each angle in C.
-/// `given`: an array that already holds the angles one after the other. It saves time, because a vector that is read
-/// right after its numbers were written one by one waits for them.
+/// C statements that assign sines and cosines of `angles` to variables. `of`: each angle as a C expression; `names`: the variable
+/// of each node; `given`: an array that already holds the angles one after the other. It saves time, because a vector that is
+/// read right after its numbers were written one by one waits for them.
 pub(crate) fn statements(angles: &[Angle], of: &[String], names: &[String], given: Option<String>) -> String {
     let read = |node: fn(&Angle) -> Option<usize>| {
         angles.iter().enumerate().filter_map(move |(k, angle)| node(angle).map(|n| (k, &names[n])))

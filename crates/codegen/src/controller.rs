@@ -7,19 +7,19 @@
 //! F(v)                   = FV v + FS tanh(v / width) + OFF
 //! ```
 //! [Khalil, Dombre 2002, chapter 14]. Each torque is saturated at +-limit. Friction is computed from the reference velocity,
-//! because the sign of a measured velocity chatters. This module holds the texts in Rust and C. They call functions of the
+//! because the sign of a measured velocity chatters. This module holds the texts in Rust and C. They call two functions of the
 //! generated file, `inverse_dynamics` and `gravity`.
 
 use expr::{Function, Module};
 use proc_macro2::TokenStream;
 
-/// An argument: its name in the text and its number of entries.
+/// An argument of a controller function: its name and its number of entries.
 struct ControllerArgument {
     name: &'static str,
     length: usize,
 }
 
-/// The functions that the texts call, and the number of coordinates n.
+/// The functions of the module that the controllers call, and the number of coordinates n.
 pub(crate) struct ControllerText<'a> {
     inverse_dynamics: &'a Function,
     gravity: &'a Function,
@@ -27,7 +27,7 @@ pub(crate) struct ControllerText<'a> {
 }
 
 impl<'a> ControllerText<'a> {
-    /// `None` where the module has no controller or lacks a function that a controller calls.
+    /// The controllers of `module`; `None` if it has none or lacks a function that they call.
     pub(crate) fn of(module: &'a Module) -> Option<ControllerText<'a>> {
         let function = |name: &str| module.functions.iter().map(|f| &f.function).find(|f| f.name == name);
         let inverse_dynamics = function("inverse_dynamics").filter(|_| module.has_controller)?;
@@ -35,12 +35,12 @@ impl<'a> ControllerText<'a> {
         Some(ControllerText { inverse_dynamics, gravity: function("gravity")?, n })
     }
 
-    /// Number of entries of an input of the inverse dynamics; zero where there is no input of this name.
+    /// Number of entries of an input of the inverse dynamics; zero if it has no input of this name.
     fn length(&self, input: &str) -> usize {
         self.inverse_dynamics.inputs.iter().find(|i| i.name == input).map_or(0, |i| i.entries.len())
     }
 
-    /// The arguments of these names, without the ones that the robot does not have.
+    /// The arguments with these names. Arguments without entries for this robot are left out.
     fn arguments(&self, names: &[&'static str]) -> Vec<ControllerArgument> {
         let length = |name: &str| match name {
             "passive" | "x" | "symbols" => self.length(name),
@@ -52,7 +52,7 @@ impl<'a> ControllerText<'a> {
         all.filter(|argument| argument.length > 0).collect()
     }
 
-    /// The arguments of a call: the name of each input, or its replacement in `given`, and then tau.
+    /// The arguments of a call: the name of each input, or its replacement in `given`, and then tau with the prefix `reference`.
     fn call(function: &Function, given: &[(&str, &str)], reference: &str) -> String {
         let argument = |input: &expr::Input| match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, argument)) => argument.to_string(),
@@ -62,7 +62,7 @@ impl<'a> ControllerText<'a> {
         inputs.chain([format!("{reference}tau")]).collect::<Vec<_>>().join(", ")
     }
 
-    /// Definitions in Rust.
+    /// The definitions of the controllers in Rust.
     pub(crate) fn rust(&self) -> TokenStream {
         let head = |names: &[&'static str]| {
             let argument = |a: &ControllerArgument| format!("{}: &[R; {}]", a.name, a.length);
@@ -84,7 +84,7 @@ impl<'a> ControllerText<'a> {
         text.parse().expect("the texts below are Rust, whatever names are put in")
     }
 
-    /// Declarations and definitions in C of the module `prefix`.
+    /// The declarations and the definitions of the controllers in C, for the module `prefix`.
     pub(crate) fn c(&self, prefix: &str) -> (String, String) {
         let head = |names: &[&'static str]| {
             let argument = |a: &ControllerArgument| format!("const {prefix}_real {}[{}]", a.name, a.length);

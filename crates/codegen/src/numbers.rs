@@ -5,7 +5,7 @@ use quote::{format_ident, quote};
 
 use crate::sine::statements;
 
-/// Operations that not every file needs.
+/// The operations of `Real` that only some files need, and whether this file needs them.
 #[derive(Clone, Copy)]
 pub(crate) struct Operations {
     pub div: bool,
@@ -14,7 +14,7 @@ pub(crate) struct Operations {
 
 /// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
-    // Only the operations that some function of the file uses: without `sqrt` or `/`, more types can implement the trait.
+    // The trait has only operations that this file uses: without `sqrt` or `/`, more types can implement it.
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);
@@ -66,7 +66,7 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     }
 }
 
-/// The method `mul_add` of f64 or f32. Only the standard library has it, and without an instruction it is a slow call.
+/// The method `mul_add` of f64 or f32. `core` does not have it, and in `std` it is a slow call if the target has no instruction.
 fn mul_add(number: TokenStream) -> TokenStream {
     quote! {
         #[cfg(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows)))]
@@ -84,7 +84,7 @@ fn mul_add(number: TokenStream) -> TokenStream {
     }
 }
 
-/// `Real` for f64, with the method `sqrt_f64` where the file takes roots.
+/// The implementation of `Real` for f64; `sqrt_f64` is its method `sqrt`, or empty if the file takes no roots.
 fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     let (mul_add, sin_cos, of_each) = (mul_add(quote!(f64)), sin_cos("f64"), sin_cos_of_each());
     quote! {
@@ -123,7 +123,7 @@ fn sin_cos(number: &str) -> TokenStream {
     }
 }
 
-/// A text of our own as tokens.
+/// Parses a text of this crate into tokens.
 fn tokens(text: &str) -> TokenStream {
     text.parse().expect("a text of our own is Rust")
 }
@@ -164,7 +164,7 @@ fn sin_cos_of_each() -> TokenStream {
     }
 }
 
-/// The method `sqrt` of the trait, of f64 and of f32; nothing where it is not needed. `core` has no square root.
+/// The method `sqrt` of the trait, of f64 and of f32; all empty if it is not needed. `core` has no square root.
 fn square_root(needed: bool) -> [TokenStream; 3] {
     if !needed {
         return Default::default();
@@ -207,7 +207,7 @@ fn sqrt(self) -> f64 {
 }
 ";
 
-/// Pairs of a text in `ROOT` and its replacement for f32. With half the digits, one Newton step less is enough.
+/// Pairs of a text in `ROOT` and its replacement for f32. f32 has half the digits, so one Newton step less is enough.
 const ROOT_OF_F32: [(&str, &str); 7] = [
     ("0x5fe6eb50c7b537a9_u64", "0x5f3759df_u32"),
     ("    r = r * (1.5 - half * r * r);\n    let y", "    let y"),

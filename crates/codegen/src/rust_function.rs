@@ -7,7 +7,7 @@
 //!     let t5 = t4.mul_add(c1, -q[0]);
 //!     y[0][2] = t5;
 //! ```
-//! `mul_add` is a method of the trait: fused where the target fuses. Only stores and sums have signs.
+//! `mul_add` is a method of the trait `Real`: fused if the target can fuse. Only stores, sums and square roots have minus signs.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ use quote::{format_ident, quote};
 
 use crate::steps::{Name, Statement, is_read, names, steps};
 
-/// A statement.
+/// A statement of the generated Rust function.
 enum RustStatement {
     /// Text that the formatter would leave on one line.
     Line(String),
@@ -25,18 +25,18 @@ enum RustStatement {
     Tokens(TokenStream),
 }
 
-/// Blocks of statements as text; the tokens contain only their numbers. A function has thousands of short statements, and
-/// the formatter would take most of the time and memory of a file to find that each is one line.
+/// Blocks of short statements, kept as text; the tokens contain only the number of each block. A function has thousands of short
+/// statements. The formatter would spend most of its time and memory on them, although each is one line.
 #[derive(Default)]
 pub(crate) struct Lines(Vec<String>);
 
-/// The text before the number of a block of lines, as the formatter writes it.
+/// The formatter's spelling of `__lines!(`: the call `__lines!(N);` stands for block N until `put_into` replaces it by the text.
 const BLOCK_NUMBER_PREFIX: &str = "__lines!(";
-/// Every statement of at most this many characters stays one line: the formatter breaks lines of 90.
+/// A statement of at most this many characters stays on one line, because the formatter breaks only lines of 90 or more.
 const MAX_LINE_CHARACTERS: usize = 80;
 
 impl Lines {
-    /// The tokens of statements, one after the other.
+    /// The tokens of statements, one after the other; the lines between two token statements become one numbered block.
     fn body(&mut self, statements: impl Iterator<Item = RustStatement>) -> TokenStream {
         let mut tokens = TokenStream::new();
         let mut text = String::new();
@@ -65,7 +65,7 @@ impl Lines {
         quote!(__lines!(#number);)
     }
 
-    /// `text` with each block of lines in the place of its number, indented as the number was.
+    /// `text` in which each call `__lines!(N);` is replaced by block N, with the same indentation.
     pub(crate) fn put_into(self, text: &str) -> String {
         let mut all = String::with_capacity(text.len() + self.0.iter().map(|lines| 2 * lines.len()).sum::<usize>());
         for line in text.split_inclusive('\n') {
@@ -84,10 +84,10 @@ impl Lines {
     }
 }
 
-/// Tokens of `bound`, which has no named constants left, generic over the trait `Real`.
+/// Tokens of a Rust function that computes `bound`, generic over the trait `Real`. `bound` has no named constants left.
 ///
-/// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column;
-/// an input that nothing reads is named `_NAME`.
+/// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column; an input that is not used
+/// is named `_NAME`.
 pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     let steps = steps(bound);
     let writer = Writer::new(bound);
@@ -100,10 +100,10 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     }
 }
 
-/// Tokens of two functions for `bound`: a dense one, and a sparse one that writes only the entries of the list. `doc` is
-/// the doc of the dense function; the list of places comes before both. The operations are written once, in a third
-/// function that hands out entries. If the dense matrix were filled from the list, all entries would wait for the end
-/// and be spilled from their registers.
+/// Tokens of three functions for `bound`: a dense one, a sparse one that writes only the entries of the list, and one with the
+/// operations, which the two others call: it passes each entry to a closure. The list of places comes before them; `doc` is the
+/// doc of the dense function. If the dense matrix were filled from the list, all entries would wait for the end and be spilled
+/// from their registers.
 pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
     let (places, is_symmetric) = (&entries.of.places, entries.of.is_symmetric);
     let (n, literal) = (Literal::usize_unsuffixed(places.len()), Literal::usize_unsuffixed);
@@ -125,7 +125,7 @@ pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStr
     let (head, arguments, inputs) = (head(bound), input_arguments(bound), input_names(bound));
     let (y, zero) = (format_ident!("{}", output.name), quote!(R::from_f64(0.0)));
     let (rows, columns) = (literal(output.rows), literal(output.columns));
-    // The dense function stores each entry at its place, and a symmetric one also at the mirrored place.
+    // The dense function stores each entry at its place, and an entry of a symmetric matrix also at the mirrored place.
     let (zeros, place) = match (output.columns, is_symmetric) {
         (1, _) => (quote!([#zero; #rows]), quote!(|_, row, _, x| #y[row] = x)),
         (_, false) => (quote!([[#zero; #columns]; #rows]), quote!(|_, row, column, x| #y[row][column] = x)),
@@ -171,7 +171,7 @@ fn input_names(bound: &Function) -> Vec<Ident> {
     bound.inputs.iter().enumerate().map(|(k, input)| input_name(bound, k, &input.name)).collect()
 }
 
-/// The inputs as arguments, each followed by a comma.
+/// The inputs as arguments of the Rust function, each followed by a comma.
 fn input_arguments(bound: &Function) -> TokenStream {
     let arguments = input_names(bound).into_iter().zip(&bound.inputs).map(|(name, input)| {
         let n = Literal::usize_unsuffixed(input.entries.len());
@@ -180,13 +180,13 @@ fn input_arguments(bound: &Function) -> TokenStream {
     quote!(#(#arguments,)*)
 }
 
-/// The name of an input; one that nothing reads begins with an underscore.
+/// The name of an input; it begins with an underscore if the input is not used.
 fn input_name(bound: &Function, k: usize, name: &str) -> Ident {
     let read = (0..bound.inputs[k].entries.len()).any(|i| is_read(bound, k, i));
     if read { format_ident!("{name}") } else { format_ident!("_{name}") }
 }
 
-/// Name, arguments and types of the function, without its body.
+/// Name, arguments and types of the Rust function, without its body.
 fn head(bound: &Function) -> TokenStream {
     let name = Ident::new(&bound.name, Span::call_site());
     let inputs = input_arguments(bound);
@@ -212,7 +212,7 @@ impl Writer<'_> {
         n.map_or_else(|| quote!(_), |n| self.tokens(n))
     }
 
-    /// An operand as tokens.
+    /// Node n as an operand, in tokens.
     fn tokens(&self, n: usize) -> TokenStream {
         match &self.names[n] {
             Name::Constant(x) => {
@@ -231,7 +231,7 @@ impl Writer<'_> {
         }
     }
 
-    /// An operand as text.
+    /// Node n as an operand, in text.
     fn operand(&self, n: usize) -> String {
         match &self.names[n] {
             Name::Constant(x) => format!("R::from_f64({})", Literal::f64_unsuffixed(*x)),
@@ -267,7 +267,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The statement with this text: a line if it is short enough, else tokens.
+    /// The statement with this text: a line if it is short enough, otherwise tokens.
     fn line(&self, text: String) -> RustStatement {
         if text.len() <= MAX_LINE_CHARACTERS {
             return RustStatement::Line(text);
@@ -299,7 +299,7 @@ impl Writer<'_> {
             }
             Operation::Mul(a, b) => format!("{} * {}", read(a), read(b)),
             Operation::Div(a, b) => format!("{} / {}", read(a), read(b)),
-            // A square root is not odd, so the sign of its argument stays inside.
+            // sqrt(-a) is not -sqrt(a), so the sign of the argument stays inside.
             Operation::Sqrt(a) => format!("({}).sqrt()", self.signed(a)),
             Operation::None => unreachable!("a step computes"),
         }

@@ -1,7 +1,7 @@
 //! A Function as straight-line steps, one per operation, in the order of its schedule. The writers of Rust and C
 //! print the same steps.
 //!
-//! An entry is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`] decides
+//! An entry is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`] determines
 //! which product is fused into which sum.
 
 use std::collections::BTreeMap;
@@ -13,9 +13,9 @@ pub fn in_line(text: &str) -> String {
     gate::shown::line(text).into_owned()
 }
 
-/// One statement.
+/// One step of a generated function.
 pub(crate) enum Statement {
-    /// The node takes the result of the operation.
+    /// The node with this number takes the result of the operation.
     Compute(usize, Operation),
     /// Sines and cosines of angles, at most eight.
     SinCos(Vec<Angle>),
@@ -23,7 +23,7 @@ pub(crate) enum Statement {
     Store { output: usize, row: usize, column: usize, node: usize, negative: bool },
 }
 
-/// The nodes of an angle, and of its sine and cosine where the function has them.
+/// The node of an angle, and the nodes of its sine and cosine; `None` if the function does not need the sine or the cosine.
 #[derive(Clone, Copy)]
 pub(crate) struct Angle {
     pub angle: usize,
@@ -31,13 +31,13 @@ pub(crate) struct Angle {
     pub cosine: Option<usize>,
 }
 
-/// Up to this many angles that are inputs, all sines and cosines are computed first. If there are more, they are computed in
-/// groups where the first of a group is needed, because a value computed long before it is read is spilled from its register.
+/// If at most this many inputs are angles, all their sines and cosines are computed first. If there are more, they are computed
+/// in groups, each before the first use of one of them: a value computed long before its use is spilled from its register.
 const MAX_SINES_AT_ONCE: usize = 8;
-/// Angles in such a group.
+/// Number of angles in a group, if there are more than [`MAX_SINES_AT_ONCE`].
 const SINES_PER_GROUP: usize = 4;
 
-/// How other statements read a node.
+/// The form in which other statements refer to a node.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Name {
     Constant(f64),
@@ -45,11 +45,11 @@ pub(crate) enum Name {
     Variable(String),
 }
 
-/// The steps of `function`, which has no named constants left.
+/// The steps that compute `function`, which has no named constants left.
 pub(crate) fn steps(function: &Function) -> Vec<Statement> {
     let nodes = function.graph().nodes();
     let fusion = Fusion::of(function);
-    // Node -> stores of its value; constants are stored first.
+    // Node -> the stores of its value. Constants are stored first.
     let mut places: Vec<Vec<Statement>> = nodes.iter().map(|_| Vec::new()).collect();
     for (output, o) in function.outputs.iter().enumerate() {
         for (i, e) in o.entries.iter().enumerate() {
@@ -71,8 +71,8 @@ pub(crate) fn steps(function: &Function) -> Vec<Statement> {
     steps
 }
 
-/// Groups of angles whose sines and cosines are computed together: the group before all other steps, if any, and the groups
-/// by the node of their first sine or cosine.
+/// Groups of angles whose sines and cosines are computed together. First: the group before all other steps; `None` if there is
+/// none. Second: the other groups, each at the node of its first sine or cosine.
 fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     let mut pairs: BTreeMap<usize, Angle> = BTreeMap::new();
     for (n, node) in nodes.iter().enumerate() {
@@ -86,7 +86,7 @@ fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     let first = |pair: &Angle| pair.sine.into_iter().chain(pair.cosine).min().unwrap_or(pair.angle);
     let mut pairs: Vec<Angle> = pairs.into_values().collect();
     pairs.sort_by_key(first);
-    // An angle that is no input is known only after its own step, so it forms a group alone.
+    // An angle that is not an input is known only after its own step, so it forms a group alone.
     let (of_inputs, others): (Vec<Angle>, Vec<Angle>) =
         pairs.into_iter().partition(|pair| matches!(nodes[pair.angle], Node::Symbol(_)));
     let at_node = |group: &[Angle]| (first(&group[0]), group.to_vec());
@@ -98,7 +98,7 @@ fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     }
 }
 
-/// The name of each node: `t12`, and `s1`, `c1` for sine and cosine of entry 1 of the first input.
+/// The name of each node: `t12` for node 12, `s1` and `c1` for sine and cosine of entry 1 of the first input.
 pub(crate) fn names(function: &Function) -> Vec<Name> {
     let graph = function.graph();
     let mut inputs = vec![None; graph.nodes().len()];
@@ -128,12 +128,12 @@ pub(crate) fn names(function: &Function) -> Vec<Name> {
     graph.nodes().iter().enumerate().map(name).collect()
 }
 
-/// Whether a node or an output reads this entry of an input.
+/// Whether a node or an output uses this entry of an input.
 pub(crate) fn is_read(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |_| true)
 }
 
-/// Whether an output, or a node other than a sine or cosine, reads this entry of an input.
+/// Whether an output, or a node other than a sine or cosine, uses this entry of an input.
 pub(crate) fn is_read_beside_sines(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |node| !matches!(node, Node::Sin(_) | Node::Cos(_)))
 }

@@ -1,14 +1,13 @@
 //! Motions, plans, their proofs, and simulation: the motions of a robot, before anything is estimated.
 //!
-//! [`motion`] has motions as commanded and as recorded. Two modules make informative motions: [`plan`] chooses short experiments
-//! of one or two joints for identification by spectrum analysis, and proves that no other choice is much better; [`excitation`]
-//! searches one motion of all joints, and proves its limits. [`simulate`] runs either on a robot with drives, friction and
-//! sensors.
+//! [`motion`] has motions as commanded and as recorded. Two modules make informative motions. [`plan`] chooses short experiments
+//! of one or two joints for identification by spectrum analysis, and proves that no other choice is much better. [`excitation`]
+//! searches one motion of all joints, and proves its limits. [`simulate`] runs both on a robot with drives, friction and sensors.
 //!
-//! It depends on the linear model, the numerics, robot models and logs.
+//! This crate depends on the linear model, the numerics, robot models and logs.
 //!
-//! Not here: how a record becomes parameters (`identification`); the expressions, bodies and surroundings of a robot that the
-//! search needs, which `rist` passes through traits ([`linear_model::differentiable`], [`excitation::gap_proof::Surroundings`],
+//! Not here: the estimation of parameters from a record (`identification`); the expressions, bodies and surroundings of a robot,
+//! which `rist` passes through traits ([`linear_model::differentiable`], [`excitation::gap_proof::Surroundings`],
 //! [`excitation::proof::EnclosedTorque`]).
 
 #![warn(missing_docs)]

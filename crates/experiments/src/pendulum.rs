@@ -4,7 +4,7 @@
 use linear_model::parameter::BaseParameter;
 use linear_model::regressor::Regressor;
 
-/// tau = ZZ ddq + MX g cos q + MY g (-sin q).
+/// A pendulum with tau = ZZ ddq + MX g cos q + MY g (-sin q).
 pub(crate) struct Pendulum {
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,

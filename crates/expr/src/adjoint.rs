@@ -7,7 +7,8 @@
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
 //! c = sqrt a: a' += c' / (2 c);   c = sin a: a' += c' cos a;   c = cos a: a' -= c' sin a.
 //!
-//! The derivatives are exact except for rounding, and cost a few evaluations independently of the number of inputs.
+//! The derivatives are exact except for rounding. All of them together cost a few evaluations, independently of the number of
+//! inputs.
 
 use processor::{Work, widely};
 
@@ -15,24 +16,24 @@ use crate::function::Function;
 use crate::fusion::{Fusion, Operation};
 use crate::graph::{Expr, Node};
 
-/// A function with the reverse of its evaluation.
+/// A function prepared for the forward and the backward pass, which give its gradient.
 #[derive(Clone, Debug)]
 pub struct Adjoint {
     sums: Vec<Sum>,
-    /// The operations between the sums.
+    /// The operations other than sums, in the order of evaluation.
     others: Vec<NonSumOperation>,
-    /// The slots of constants, and the constants.
+    /// Slot and value of each constant.
     constants: Vec<(usize, f64)>,
-    /// The slot of each input.
+    /// The slot of each input entry.
     inputs: Vec<usize>,
-    /// The slot of each output entry that depends on an input, its sign, and its index among all entries.
+    /// (slot, sign, index) of each output entry that depends on an input. The index counts all output entries.
     outputs: Vec<(usize, f64, usize)>,
     n_outputs: usize,
     slots: usize,
 }
 
-/// +-a b +- c to a slot. Sums and products are one operation, a 1 +- c and a b - 0, so that there is no branch that the
-/// processor must predict. They are the operations of [`Fusion`], but the product is rounded on every processor.
+/// The operation: slot `to` = +-a b +- c. A sum is computed as a 1 +- c and a product as a b - 0, so that the processor has no
+/// branch to predict. The operations are those of [`Fusion`], but the product is always rounded before it is added.
 #[derive(Clone, Copy, Debug)]
 struct Sum {
     a: Signed,
@@ -41,7 +42,7 @@ struct Sum {
     to: u32,
 }
 
-/// Twice a slot, plus one where its value is subtracted, so that a sum takes sixteen bytes.
+/// A slot with a sign, in 32 bits: twice the slot, plus 1 if its value is subtracted. A [`Sum`] then takes sixteen bytes.
 #[derive(Clone, Copy, Debug)]
 struct Signed(u32);
 
@@ -61,7 +62,7 @@ impl Signed {
     }
 }
 
-/// An operation that is no sum, after the first `after` sums.
+/// An operation other than a sum. It is performed after the first `after` sums.
 #[derive(Clone, Copy, Debug)]
 struct NonSumOperation {
     after: usize,
@@ -72,36 +73,37 @@ struct NonSumOperation {
 #[derive(Clone, Copy, Debug)]
 enum Code {
     Div(usize, usize),
-    /// Square root of an operand with a sign.
+    /// Square root of (slot, sign): the sign belongs to the operand.
     Sqrt(usize, f64),
     Sin(usize),
     Cos(usize),
 }
 
-/// Memory for one evaluation at a time; create one per thread.
+/// The memory of an evaluation. Each thread needs its own.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
     values: Vec<Lanes>,
-    /// Zero before and after each evaluation.
+    /// dL/dnode of each slot; zero before and after each evaluation.
     slopes: Vec<Lanes>,
 }
 
 type Lanes = [f64; ADJOINT_LANES];
 
-/// Samples computed in SIMD lanes, few enough that values and slopes of a 7R regressor stay in the second-level cache.
+/// Number of samples that are computed together, in SIMD lanes. With 8, the values and slopes of a 7R regressor fit into the
+/// second-level cache.
 const ADJOINT_LANES: usize = 8;
 
-/// Copies of the constants 1 and -0 that complete sums. Their slopes are accumulated but never read; several copies avoid
-/// that each accumulation waits for the one before.
+/// Number of slots that hold the constant 1, and the same number for -0; sums and products need them for the form a b + c. Their
+/// slopes are accumulated but never read. With several copies, an accumulation need not wait for the one before.
 const CONSTANT_COPIES: usize = 8;
 
 impl Adjoint {
-    /// The reverse of `function`, with the values of its named constants.
+    /// Prepares `function` for differentiation, with the values of its named constants.
     pub fn new(function: &Function) -> Adjoint {
         let function = function.bound();
         let graph = function.graph();
         let nodes = graph.nodes();
-        // Slots behind the nodes: ones, then zeros with a minus, which do not change the sign of a zero product.
+        // The slots after those of the nodes hold ones, then -0. Adding -0 keeps the sign of a product that is zero.
         let one = |i: usize| (nodes.len() + i % CONSTANT_COPIES) as u32;
         let minus_zero = |i: usize| one(i) + CONSTANT_COPIES as u32;
         let mut constants: Vec<(usize, f64)> =
@@ -124,7 +126,7 @@ impl Adjoint {
                 (Operation::None, Node::Sin(a)) => other(Code::Sin(a.node())),
                 (Operation::None, Node::Cos(a)) => other(Code::Cos(a.node())),
                 (Operation::None, Node::Constant(x)) => constants.push((i, x)),
-                // An input, or a product that is part of sums.
+                // No operation: an input, or a product that is fused into sums.
                 (Operation::None, _) => {}
             }
         }
@@ -146,15 +148,15 @@ impl Adjoint {
         self.inputs.len()
     }
 
-    /// Memory for evaluations, which each evaluation uses again.
+    /// The memory that [`Adjoint::pull_back`] needs; it can be used for any number of calls.
     pub fn workspace(&self) -> AdjointWorkspace {
         let mut values = vec![[0.0; ADJOINT_LANES]; self.slots];
         self.constants.iter().for_each(|&(slot, x)| values[slot] = [x; ADJOINT_LANES]);
         AdjointWorkspace { values, slopes: vec![[0.0; ADJOINT_LANES]; self.slots] }
     }
 
-    /// The gradients dL/dinput of `inputs.len() / n_inputs()` samples. The samples are consecutive in all three slices: the
-    /// inputs, one weight per output entry, and `gradient`.
+    /// The gradients dL/dinput of `inputs.len() / n_inputs()` samples. All three slices hold sample after sample: `inputs`,
+    /// `weights` (one per output entry) and the result, `gradient`.
     pub fn pull_back(&self, inputs: &[f64], weights: &[f64], work: &mut AdjointWorkspace, gradient: &mut [f64]) {
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs);
         if n_in == 0 || n_out == 0 {
@@ -182,7 +184,8 @@ impl Adjoint {
         sum_up(&self.sums[done..], values);
     }
 
-    /// Operands precede the nodes that use them: from the end, each c' is complete when it is added to its operands.
+    /// The backward pass, from the last node to the first. Operands precede the nodes that use them, so the slope c' of a node is
+    /// complete before it is passed on to its operands.
     #[inline(always)]
     fn backward(&self, values: &[Lanes], slopes: &mut [Lanes]) {
         let mut left = self.sums.len();
@@ -190,7 +193,7 @@ impl Adjoint {
             pass_on(&self.sums[other.after..left], values, slopes);
             left = other.after;
             let own = std::mem::take(&mut slopes[other.to]);
-            // A node with zero slope is skipped, also because the slope of a root of zero is infinite.
+            // Skip a node with zero slope: this saves time, and avoids 0 / 0 at the root of zero.
             if own == [0.0; ADJOINT_LANES] {
                 continue;
             }
@@ -212,7 +215,7 @@ impl Adjoint {
     }
 }
 
-/// The forward and the backward pass of one group of samples in SIMD lanes.
+/// The input of the forward and the backward pass of one group of samples in SIMD lanes.
 struct SampleGroup<'a> {
     adjoint: &'a Adjoint,
     inputs: &'a [f64],
@@ -229,7 +232,7 @@ impl Work for SampleGroup<'_> {
         let SampleGroup { adjoint, inputs, weights, work: AdjointWorkspace { values, slopes }, gradient } = self;
         let n_in = adjoint.n_inputs();
         let n = inputs.len() / n_in;
-        // Lanes past the end repeat the last sample.
+        // Lanes without a sample repeat the last sample.
         let lane = |x: &[f64], width: usize, k: usize| each(|l| x[l.min(n - 1) * width + k]);
         for (k, &slot) in adjoint.inputs.iter().enumerate() {
             values[slot] = lane(inputs, n_in, k);
@@ -249,7 +252,7 @@ impl Work for SampleGroup<'_> {
     }
 }
 
-// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
+// These functions use loops and not `from_fn`: the compiler would not use the wider instructions in a closure of the library.
 
 #[inline(always)]
 fn each(of: impl Fn(usize) -> f64) -> Lanes {
@@ -298,7 +301,7 @@ mod tests {
     use super::*;
     use crate::{Graph, Input, Output, SymbolKind, Tape};
 
-    /// All operations: sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero.
+    /// A function with all operations: sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero.
     fn function() -> Function {
         let mut g = Graph::new();
         let (x, y) = (g.symbol("x", SymbolKind::Input), g.symbol("y", SymbolKind::Input));

@@ -1,21 +1,21 @@
-//! The forms of entries with the fewest operations, where entries share nodes.
+//! The choice among equal forms of each entry, so that all entries together take the fewest operations.
 //!
-//! A node is computed once, independently of the number of its readers, so the cost of a form depends on the forms of the
-//! other entries. From a start, sets of entries change their forms together, and back where this does not reduce the number
-//! of operations, until no change helps. The readers of each node are counted, so the work for a change is proportional to
-//! the changed nodes. The result depends only on the order of the changes.
+//! A node is computed once, even if several entries use it, so the cost of a form depends on the forms of the other entries. The
+//! search begins with given forms. Sets of entries change their forms together, and change back if this does not reduce the
+//! number of operations, until no change helps. The readers of each node are counted, so the work for a change is proportional to
+//! the number of changed nodes. The result depends only on the order of the changes.
 
 use crate::function::operands;
 use crate::graph::{Expr, Graph, Node};
 
-/// Largest number of passes over all changes.
+/// Largest number of passes; each pass tries all sets of changes.
 const MAX_PASSES: usize = 4;
 
-/// An entry and the index of its new form.
+/// (entry, index of its new form).
 pub type FormChange = (usize, usize);
 
-/// The form of each entry, as its index in `forms`. `fixed`: expressions that are computed in any case; `start`: the initial
-/// form of each entry; `moves`: the changes that are tried.
+/// The chosen form of each entry, as its index in `forms`. `fixed`: expressions that are computed in any case; `start`: the
+/// initial form of each entry; `moves`: the sets of changes that are tried.
 pub fn fewest_operations(
     graph: &Graph,
     fixed: &[Expr],
@@ -96,7 +96,8 @@ mod tests {
     use super::*;
     use crate::SymbolKind;
 
-    /// a c + b c and a d + b d, or (a + b) c and (a + b) d: one form alone saves one operation, both together save three.
+    /// The entries are a c + b c and a d + b d, or (a + b) c and (a + b) d: one new form alone saves one operation, both together
+    /// save three.
     #[test]
     fn what_ways_share_counts_once() {
         let mut g = Graph::new();
@@ -115,7 +116,7 @@ mod tests {
         assert_eq!(fewest_operations(&g, &made, &ways, vec![0, 0], &singly), [0, 0]);
     }
 
-    /// A common subexpression that saves operations only for both entries is found by changing both.
+    /// A common subexpression saves operations only if both entries use it: it is found by changing both together.
     #[test]
     fn a_part_that_two_pay_for_needs_a_move_of_both() {
         let mut g = Graph::new();

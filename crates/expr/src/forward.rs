@@ -1,17 +1,16 @@
-//! The forward mode of differentiation, as expressions: the derivatives of entries along a change of symbols.
+//! The forward mode of differentiation: expressions for the derivatives of entries when symbols change.
 //!
-//! With x' the change of a symbol, each node changes by (a + b)' = a' + b', (a b)' = a' b + a b',
-//! (a / b)' = (a' - (a / b) b') / b, sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a
-//! [Griewank, Walther 2008].
+//! Let x' be the rate of change of a symbol x. The rates of the other nodes are (a + b)' = a' + b', (a b)' = a' b + a b', (a /
+//! b)' = (a' - (a / b) b') / b, sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a [Griewank, Walther 2008].
 
 use crate::graph::{Expr, Graph, Node};
 
 impl Graph {
-    /// The derivatives of `entries` along a change of symbols; `seeds`: symbols with their changes. Other symbols do not
-    /// change.
+    /// The derivatives of `entries` when symbols change, one per entry. `seeds`: symbols with their rates of change; all other
+    /// symbols are constant.
     pub fn derivatives(&mut self, entries: &[Expr], seeds: &[(Expr, Expr)]) -> Vec<Expr> {
         let last = entries.iter().map(|e| e.node()).max().unwrap_or(0);
-        // The nodes that the entries need.
+        // Mark the nodes that the entries need.
         let mut needed = vec![false; last + 1];
         entries.iter().for_each(|e| needed[e.node()] = true);
         for n in (0..=last).rev() {
@@ -19,14 +18,14 @@ impl Graph {
                 crate::function::operands(self.nodes()[n]).for_each(|e| needed[e.node()] = true);
             }
         }
-        // x' of the symbols; zero for the others.
+        // The rates of the symbols: from `seeds`, zero for the others.
         let mut slopes = vec![Expr::ZERO; last + 1];
         for (symbol, change) in seeds {
             if let Some(slope) = slopes.get_mut(symbol.node()) {
                 *slope = Graph::negate_if(*change, symbol.is_negative());
             }
         }
-        // n' of each node, operands first.
+        // The rate of each other node, operands first.
         for n in (0..=last).filter(|&n| needed[n]) {
             let slope = |e: Expr| Graph::negate_if(slopes[e.node()], e.is_negative());
             slopes[n] = match self.nodes()[n] {
@@ -93,7 +92,7 @@ mod tests {
         adjoint.pull_back(&inputs, &[1.0], &mut adjoint.workspace(), &mut reverse);
         tape.evaluate(&inputs, &mut tape.workspace(), &mut forward);
         for (a, b) in forward.iter().zip(reverse) {
-            // A dozen operations on numbers of order one.
+            // The rounding errors of a dozen operations on numbers of order one.
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
     }

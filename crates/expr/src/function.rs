@@ -27,9 +27,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries, block by block and each block row by row. Adjacent columns whose last non-zero entries are in one row
-    /// form a block. In a regressor these are the columns of one link: they read its motion, and row by row the twist of one
-    /// coordinate. So only few values must be kept in registers.
+    /// The entries in the order of their computation: block by block, each block row by row. Adjacent columns that have their
+    /// last non-zero entry in the same row form a block. In a regressor, a block is the columns of one link. All its entries use
+    /// the motion of this link, and each row uses the twist of one coordinate, so few values must be kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();
@@ -41,7 +41,7 @@ impl Output {
     }
 }
 
-/// Named inputs -> named outputs.
+/// A function from named inputs to named outputs.
 #[derive(Clone, Debug)]
 pub struct Function {
     /// Name in generated code: `base_regressor`.
@@ -53,8 +53,8 @@ pub struct Function {
     graph: Graph,
 }
 
-/// Operations of one evaluation. A product or a square is one multiplication, each binary + or -
-/// one addition; signs are free. `sin_cos` counts angles, each with its pair.
+/// Number of operations of one evaluation. Each product or square is one multiplication, each binary + or - is one addition;
+/// signs are free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// Multiplications and divisions; a square root is not counted.
@@ -73,9 +73,9 @@ pub trait Algebra {
     fn constant(&mut self, x: f64) -> Self::Value;
     /// The element for an input or a named constant.
     fn symbol(&mut self, symbol: Symbol) -> Self::Value;
-    /// Sine of the argument at this node; one argument's sine and cosine belong together.
+    /// Sine of the expression `argument`. Sine and cosine of the same expression must belong to the same angle.
     fn sin(&mut self, argument: Expr) -> Self::Value;
-    /// Cosine of the argument at this node; see [`Algebra::sin`].
+    /// Cosine of the expression `argument`; see [`Algebra::sin`].
     fn cos(&mut self, argument: Expr) -> Self::Value;
     /// -a.
     fn neg(&mut self, a: &Self::Value) -> Self::Value;
@@ -91,12 +91,12 @@ pub trait Algebra {
     fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
 }
 
-/// The result of [`Function::sparsity_pattern`].
+/// The positions of the entries that determine an output matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparsityPattern {
-    /// Row and column of each entry.
+    /// (row, column) of each of these entries.
     pub places: Vec<(usize, usize)>,
-    /// Whether the output is symmetric: then the places have no entries below the diagonal.
+    /// Whether the matrix is symmetric. If so, `places` has no entries below the diagonal.
     pub is_symmetric: bool,
 }
 
@@ -107,12 +107,12 @@ impl Function {
         Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
     }
 
-    /// The graph: the nodes that the outputs need, and no others.
+    /// The graph of this function; it has only the nodes that the outputs need.
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
 
-    /// This function with every named constant replaced by its value, and folded.
+    /// This function with each named constant replaced by its value; operations on numbers alone are carried out.
     pub fn bound(&self) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match self.graph.symbols()[s.0 as usize].1 {
             SymbolKind::Constant(x) => Some(x),
@@ -120,7 +120,7 @@ impl Function {
         })
     }
 
-    /// This function with named constants replaced by their values, except constants for whose names `is_kept` holds.
+    /// This function with named constants replaced by their values, except the constants with `is_kept(name)`.
     pub fn bound_except(&self, is_kept: &dyn Fn(&str) -> bool) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match &self.graph.symbols()[s.0 as usize] {
             (name, SymbolKind::Constant(x)) if !is_kept(name) => Some(*x),
@@ -128,7 +128,7 @@ impl Function {
         })
     }
 
-    /// This function with the named constants `names` as one more input, `input`, after the others.
+    /// This function with one more input after the others: `input`, which holds the named constants `names`.
     pub fn with_constants_as_input(&self, input: &str, names: &[String]) -> Function {
         let mut graph = self.graph.clone();
         let entries = names.iter().map(|name| graph.constant_as_input(name)).collect();
@@ -137,7 +137,7 @@ impl Function {
         function.rebuilt(&graph, &|_| None)
     }
 
-    /// The named constants that are still symbols, in the order of their creation, each with its value.
+    /// (expression, name, value) of each named constant that is still a symbol, in the order of creation.
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();
         let mut found: Vec<(Symbol, (Expr, String, f64))> = nodes
@@ -153,7 +153,7 @@ impl Function {
         found.into_iter().map(|(_, constant)| constant).collect()
     }
 
-    /// This function with one output, a column of the entries at `places` of the output with the index `output`.
+    /// This function with only one output: a column of the entries at `places` (row, column) of output number `output`.
     pub fn with_entries(&self, output: usize, places: &[(usize, usize)]) -> Function {
         let o = &self.outputs[output];
         let entries: Vec<Expr> = places.iter().map(|(row, column)| o.entries[row * o.columns + column]).collect();
@@ -161,12 +161,12 @@ impl Function {
         Function { outputs: vec![kept], ..self.outline() }.rebuilt(&self.graph, &|_| None)
     }
 
-    /// This function, with a new name, with an input set to zero. The input and all nodes that depend only on it are removed.
+    /// This function under a new name, with one input set to zero. This input and all nodes that depend only on it are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         self.at_input(name, input, &[])
     }
 
-    /// This function, with a new name, at `values` of an input, which is removed; missing values are zero.
+    /// This function under a new name, with one input fixed at `values` and removed; missing values are zero.
     pub fn at_input(&self, name: &str, input: &str, values: &[f64]) -> Function {
         let Function { inputs, outputs, .. } = self.outline();
         let (gone, inputs): (Vec<Input>, Vec<Input>) = inputs.into_iter().partition(|i| i.name == input);
@@ -177,8 +177,8 @@ impl Function {
         outline.rebuilt(&self.graph, &|s| values.get(&s).copied())
     }
 
-    /// The given columns of one output, in this order, as a function with this output alone. All inputs
-    /// stay, even if they are not read.
+    /// A function whose only output has the given columns of output number `output`, in this order. All inputs stay, even if they
+    /// are not used.
     pub fn with_columns(&self, name: &str, output: usize, columns: &[usize]) -> Function {
         let o = &self.outputs[output];
         let entries =
@@ -188,15 +188,15 @@ impl Function {
             .rebuilt(&self.graph, &|_| None)
     }
 
-    /// Row and column of each entry of an output that is not identically zero, row by row.
+    /// (row, column) of each entry of an output that is not identically zero, row by row.
     pub fn non_zeros(&self, output: usize) -> Vec<(usize, usize)> {
         let o = &self.outputs[output];
         let places = o.entries.iter().enumerate().filter(|(_, e)| !e.is_zero());
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The places of the entries that determine an output, row by row: without entries that are identically zero, and of a
-    /// symmetric matrix only the upper triangle.
+    /// The positions of the entries that determine an output, row by row. Entries that are identically zero are left out, and
+    /// also the lower triangle of a symmetric matrix.
     pub fn sparsity_pattern(&self, output: usize) -> SparsityPattern {
         let o = &self.outputs[output];
         let at = |row: usize, column: usize| o.entries[row * o.columns + column];
@@ -207,7 +207,8 @@ impl Function {
         SparsityPattern { places, is_symmetric }
     }
 
-    /// A function with the same operations whose first output has only the entries of `places`, in one column.
+    /// This function under a new name, with the same operations. Its first output has only the entries at `places`, in one
+    /// column.
     pub fn at_places(&self, name: &str, places: &[(usize, usize)]) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
         function.name = name.to_string();
@@ -217,21 +218,21 @@ impl Function {
         function
     }
 
-    /// The name, inputs and outputs without a graph, which [`Function::rebuilt`] fills in.
+    /// A copy of the name, the inputs and the outputs with an empty graph, which [`Function::rebuilt`] fills.
     fn outline(&self) -> Function {
         let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());
         Function { name, inputs, outputs, graph: Graph::new() }
     }
 
-    /// `self` with a new graph of the nodes of `old` that it needs, with symbols replaced where `value`
-    /// gives a number. Symbols and inputs keep their places even if they are not read.
+    /// `self` with a new graph that has the nodes of `old` that it needs. A symbol is replaced by a number if `value` gives one.
+    /// Symbols and inputs keep their places even if they are not used.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
         if old.keeps_names() {
             new = new.with_names();
         }
         let mut map = vec![Expr::ZERO; old.nodes().len()];
-        // Node by node, operands first: simplified again, since a number may have replaced a symbol.
+        // Each node is simplified again, because a number may have replaced a symbol. Operands come first.
         for n in self.schedule(old) {
             let node = old.nodes()[n];
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());
@@ -264,8 +265,8 @@ impl Function {
         self
     }
 
-    /// The nodes of `graph` that the outputs need, each after its operands and just before its first use, for the outputs
-    /// block by block.
+    /// The order of computation: the nodes of `graph` that the outputs need, each after its operands and just before its first
+    /// use. The outputs are computed block by block.
     fn schedule(&self, graph: &Graph) -> Vec<usize> {
         let mut order = Vec::new();
         let mut seen = vec![false; graph.nodes().len()];
@@ -317,7 +318,7 @@ impl Function {
         hash
     }
 
-    /// Operations of one evaluation. A node that depends on no input is computed once and is not counted.
+    /// Number of operations of one evaluation. A node that depends on no input is computed once and is not counted.
     pub fn count(&self) -> Count {
         let mut count = Count::default();
         let mut angles = Vec::new();
@@ -338,7 +339,7 @@ impl Function {
         count
     }
 
-    /// Every output's entries, in order, computed in another algebra.
+    /// The entries of each output, computed in another algebra.
     pub fn evaluate_in<A: Algebra>(&self, algebra: &mut A) -> Vec<Vec<A::Value>> {
         let zero = algebra.constant(0.0);
         let mut values: Vec<A::Value> = Vec::with_capacity(self.graph.nodes().len());
@@ -352,7 +353,7 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
-                // A square root is not odd, so the sign of its argument stays in the argument.
+                // sqrt(-a) is not -sqrt(a), so the sign of the argument stays in the argument.
                 Node::Sqrt(a) if a.is_negative() => {
                     let argument = algebra.neg(&values[a.node()]);
                     algebra.sqrt(&argument)

@@ -1,17 +1,18 @@
-//! The fusion of products into sums: the operations of a function that every target performs.
+//! The fusion of products into sums. It determines the operations that the tape and generated code perform.
 //!
-//! A product that only one sum reads is fused into it, a b + c. A processor does this in one operation and with one
-//! rounding. Of two such products of a sum, the product that is computed later is fused. A product that only sums read is
-//! fused into all of them if none of them has another fused product: then the product itself is not computed. The tape,
-//! generated Rust and generated C perform these operations in this order.
+//! A product that is used only by one sum is fused into this sum: a b + c is then one operation, with one rounding. If both
+//! operands of a sum are such products, the product that depends on the longer chain of operations is fused. A product that is
+//! used only by sums is fused into all of them if none of them has another fused product: then the product itself is not
+//! computed. The tape, generated Rust and generated C perform these operations in this order.
 //!
-//! Where most outputs store a sum with a minus, the node holds the negative of the sum if that costs no operation. In
-//! a b + c every sign is free, in a - b the two operands are exchanged.
+//! If more outputs need the negative of a sum than the sum, its node holds the negative, provided that this costs no operation:
+//! in a b + c every sign is free, in a - b the two operands are exchanged.
 
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node};
 
-/// The operation that computes a node. Its handles, with their signs, refer to the values held at their nodes.
+/// The operation that computes a node. Its operands, with their signs, refer to the values held at their nodes; see
+/// [`Fusion::held`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operation {
     /// No operation: a number, an input, a sine or a cosine, or a product that is fused into sums.
@@ -28,13 +29,13 @@ pub enum Operation {
     Sqrt(Expr),
 }
 
-/// The operations of a function without named constants, node by node.
+/// The operation of each node of a function without named constants.
 #[derive(Clone, Debug)]
 pub struct Fusion {
     operations: Vec<Operation>,
-    /// Whether the negative of the node is held.
+    /// Whether each node holds the negative of its value.
     negated: Vec<bool>,
-    /// Number of products that exist only within sums.
+    /// Number of products that are computed only as part of sums.
     products: usize,
 }
 
@@ -43,7 +44,7 @@ impl Fusion {
     pub fn of(function: &Function) -> Fusion {
         let nodes = function.graph().nodes();
         let uses = Uses::of(function);
-        // Determined before the operations, since a product precedes its sum.
+        // This is determined first, because a product precedes the sum into which it is fused.
         let (taken_up, is_part) = products_taken_up(nodes, &uses);
         let mut fusion = Fusion {
             operations: vec![Operation::None; nodes.len()],
@@ -59,8 +60,9 @@ impl Fusion {
         fusion
     }
 
-    /// The operation of a node with known operations of its operands, and whether it gives the negative. `wanted`: whether
-    /// the negative is preferred, where it costs no operation.
+    /// The operation that computes `node`, and whether it gives the negative of the node. The operations of the operands are
+    /// known. `product`: the product that is fused into the node; `wanted`: whether the negative is preferred if it costs no
+    /// operation.
     fn operation(&self, nodes: &[Node], node: Node, product: Option<Expr>, wanted: bool) -> (Operation, bool) {
         let held = |e: Expr| self.held(e);
         match (node, product) {
@@ -93,7 +95,7 @@ impl Fusion {
         self.operations[node]
     }
 
-    /// An expression of the graph in terms of the value held at its node: the sign changes where the negative is held.
+    /// `e` in terms of the value held at its node: the sign is changed if the node holds its negative.
     pub fn held(&self, e: Expr) -> Expr {
         signed(e, e.is_negative() ^ self.negated[e.node()])
     }
@@ -109,18 +111,18 @@ impl Fusion {
         a.into_iter().chain(b).chain(c)
     }
 
-    /// Number of sums with a fused product.
+    /// Number of sums into which a product is fused.
     pub fn fused_sums(&self) -> usize {
         self.operations.iter().filter(|o| matches!(o, Operation::MulAdd(..))).count()
     }
 
-    /// Number of products that exist only within one or several sums.
+    /// Number of products that are computed only as part of one or several sums.
     pub fn fused_products(&self) -> usize {
         self.products
     }
 }
 
-/// The product that is fused into each sum, and whether each node is such a product.
+/// For each node: the product that is fused into it, if any, and whether the node itself is a product that is fused into sums.
 fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<bool>) {
     let mut depth = vec![0_usize; nodes.len()];
     let mut taken_up = vec![None; nodes.len()];
@@ -140,7 +142,7 @@ fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<boo
         }
     }
     for (product, sums) in readers.iter().enumerate() {
-        // A product added to itself would still be needed as the addend.
+        // A sum of the product with itself is excluded: it would still need the product as its addend.
         let is_free =
             |&(n, _): &(usize, Expr)| taken_up[n].is_none() && operands(nodes[n]).any(|e| e.node() != product);
         if sums.len() > 1 && sums.len() == uses.count[product] && sums.iter().all(is_free) {
@@ -157,7 +159,7 @@ fn signed(e: Expr, negative: bool) -> Expr {
     if negative { -e.abs() } else { e.abs() }
 }
 
-/// The number of times that each node is read, and that it is stored with each sign.
+/// For each node: how often it is read, and how often outputs store it with a plus and with a minus.
 struct Uses {
     count: Vec<usize>,
     positive: Vec<usize>,
@@ -194,7 +196,7 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// All operations except `None`, and the first output in terms of its held value.
+    /// All operations except `None`, and the first output entry in terms of the value held at its node.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);

@@ -1,4 +1,4 @@
-//! The graph: every subexpression once, with signs in the handles.
+//! The graph of expressions. Each subexpression is stored once; the sign is a part of its handle.
 //!
 //! Normal form. A node is never negative: the sign is in the handle. The first operand of a sum is
 //! positive; operands of sums and products are in the order of their creation, constants first.
@@ -7,7 +7,7 @@
 
 use rustc_hash::FxHashMap;
 
-/// A signed reference to a node.
+/// A handle of an expression: the number of a node, with a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Expr(u32);
 
@@ -35,7 +35,7 @@ impl Expr {
         self.0 & 1 == 1
     }
 
-    /// Whether it is the constant 0, which has one node and no minus.
+    /// Whether the expression is the constant 0, which has one node and no minus.
     pub fn is_zero(self) -> bool {
         self == Expr::ZERO
     }
@@ -64,13 +64,13 @@ pub struct Symbol(pub u32);
 /// The role of a symbol in a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SymbolKind {
-    /// Given at each evaluation.
+    /// An input: its value is given at each evaluation.
     Input,
     /// A constant with a name and this value.
     Constant(f64),
 }
 
-/// An operation on handles, or a leaf. The sign of a value is on its handle, not here.
+/// An operation on expressions, or a leaf of the graph. The sign of a value is on its handle, not here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Node {
     /// Zero or positive.
@@ -95,11 +95,11 @@ pub enum Node {
 #[derive(Clone, Debug)]
 pub struct Graph {
     nodes: Vec<Node>,
-    /// Whether the node depends on an input.
+    /// Whether each node depends on an input.
     varies: Vec<bool>,
     symbols: Vec<(String, SymbolKind)>,
     known: FxHashMap<Key, u32>,
-    /// The name of a node in formulas, and whether it is the name of its negative; `None` where names are not kept.
+    /// Node -> its name in formulas, and whether the name stands for the negative of the node. `None` if names are not kept.
     names: Option<FxHashMap<u32, (String, bool)>>,
 }
 
@@ -149,7 +149,7 @@ impl Graph {
         self.names.is_some()
     }
 
-    /// Names an expression, where names are kept and its node has no name yet. Numbers and symbols get no name.
+    /// Gives `e` a name, if names are kept and its node has no name yet. Numbers and symbols get no name.
     pub fn name(&mut self, e: Expr, name: impl FnOnce() -> String) {
         if matches!(self.node(e), Node::Constant(_) | Node::Symbol(_)) {
             return;
@@ -159,7 +159,7 @@ impl Graph {
         }
     }
 
-    /// The name of a node, and whether it is the name of its negative; `None` where it has no name.
+    /// The name of a node, and whether it stands for the negative of the node. `None` if the node has no name.
     pub fn name_of(&self, node: usize) -> Option<(&str, bool)> {
         let (name, negative) = self.names.as_ref()?.get(&(node as u32))?;
         Some((name, *negative))
@@ -210,8 +210,8 @@ impl Graph {
         self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
     }
 
-    /// The named constant of this name, from now on an input; a new input where there is no such constant. Existing nodes
-    /// keep the order of operands for constants until the graph is rebuilt.
+    /// Changes the named constant `name` into an input; without such a constant, creates an input. Existing nodes keep the order
+    /// of operands for constants until the graph is rebuilt.
     pub(crate) fn constant_as_input(&mut self, name: &str) -> Expr {
         let is = |(known, kind): &(String, SymbolKind)| known == name && *kind != SymbolKind::Input;
         match self.symbols.iter().position(is) {
@@ -244,7 +244,7 @@ impl Graph {
         }
     }
 
-    /// a + b, folded where both are numbers, and 2 a where they are equal. b + a has the same node, and -a - b has it with
+    /// a + b. Two numbers are added at once, and a + a is stored as 2 a. b + a has the same node; -a - b has the same node with
     /// the opposite sign.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
@@ -273,7 +273,7 @@ impl Graph {
         self.add(a, -b)
     }
 
-    /// a b: folded where both are numbers, with the signs in the handle.
+    /// a b. Two numbers are multiplied at once; the sign goes to the handle.
     pub fn mul(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() || b.is_zero() {
             return Expr::ZERO;
@@ -303,7 +303,7 @@ impl Graph {
         self.intern(Node::Mul(a, b)).with_sign(negative)
     }
 
-    /// Orders two operands: numbers, then named constants, then others; each in the order of creation.
+    /// Orders two operands: numbers, then expressions that depend on no input, then others; each group in the order of creation.
     fn constant_first(&self, a: Expr, b: Expr) -> (Expr, Expr) {
         let rank = |e: Expr| match self.node(e) {
             Node::Constant(_) => 0,
@@ -313,7 +313,7 @@ impl Graph {
         if (rank(a), a.node()) <= (rank(b), b.node()) { (a, b) } else { (b, a) }
     }
 
-    /// a / b; b is not the constant zero.
+    /// a / b; b must not be the constant zero.
     pub fn div(&mut self, a: Expr, b: Expr) -> Expr {
         debug_assert!(!b.is_zero());
         let negative = a.is_negative() != b.is_negative();

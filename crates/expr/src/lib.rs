@@ -1,11 +1,11 @@
 //! Hash-consed expression graphs, their evaluation and their operation counts.
 //!
-//! A [`Graph`] contains every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs no
-//! operation and x - y and y - x share a node. A [`Function`] has named inputs and named outputs: it is the
-//! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`], [`Graph::derivatives`]), of evaluation in another algebra
-//! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
-//! is a file. [`fewest_operations`] chooses among alternative forms of entries. [`Fusion`] determines the products that are
-//! fused into sums: the tape and generated code perform equal operations. This package is independent of robots.
+//! A [`Graph`] contains every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs no operation, and x - y
+//! and y - x share a node. A [`Function`] has named inputs and named outputs. It is evaluated with a [`Tape`], differentiated
+//! with [`Adjoint`] or [`Graph::derivatives`], evaluated in another algebra with [`Function::evaluate_in`] and counted with
+//! [`Function::count`]. Code is generated from a [`Module`], the functions of one file. [`fewest_operations`] chooses among
+//! alternative forms of entries. [`Fusion`] determines the products that are fused into sums: the tape and generated code perform
+//! the same operations. This package is independent of robots.
 
 #![warn(missing_docs)]
 

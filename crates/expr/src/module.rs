@@ -7,7 +7,7 @@ use crate::function::{Function, SparsityPattern};
 pub struct Module {
     /// Name of lower-case letters, digits and underscores, a letter first.
     pub name: String,
-    /// Lines of the file's head.
+    /// Comment lines at the head of the file.
     pub doc: Vec<String>,
     /// The constants in the order of the file.
     pub constants: Vec<Constant>,
@@ -22,9 +22,9 @@ pub struct Module {
 pub struct Constant {
     /// Name of upper-case letters, digits and underscores.
     pub name: String,
-    /// One line with its meaning.
+    /// One comment line with the meaning of the constant.
     pub doc: String,
-    /// Its value.
+    /// The value of the constant.
     pub value: ConstantValue,
 }
 
@@ -41,23 +41,24 @@ pub enum ConstantValue {
     Reals(Vec<f64>),
 }
 
-/// A function and the lines above it: its equation, shapes and units.
+/// A function and the comment lines above it: its equation, shapes and units.
 #[derive(Clone, Debug)]
 pub struct Documented {
-    /// The lines.
+    /// The comment lines above the function.
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
-    /// The entries that a second function of the file writes, where there is one. Such a function has one output.
+    /// The entries that a second function in the file writes; `None` if there is no second function. `function` then has one
+    /// output.
     pub entries: Option<Entries>,
 }
 
-/// The entries of a matrix that a separate function writes.
+/// The entries of a matrix that a second function in the file writes.
 #[derive(Clone, Debug)]
 pub struct Entries {
-    /// Name of the constant that lists their places: upper-case letters and underscores.
+    /// Name of the constant that lists the positions of the entries: upper-case letters and underscores.
     pub list: String,
-    /// The places.
+    /// The positions of the entries.
     pub of: SparsityPattern,
 }
 
@@ -73,13 +74,13 @@ impl Module {
         }
     }
 
-    /// Adds a constant with its comment line.
+    /// Adds a constant; `doc` is its comment line.
     pub fn constant(&mut self, name: &str, doc: &str, value: ConstantValue) {
         self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
     }
 
-    /// Adds a function with the lines of `doc`. Where fewer entries than all determine its matrix, a second function writes
-    /// these entries.
+    /// Adds a function; `doc` holds its comment lines. If some entries of its matrix are zero or follow by symmetry, a second
+    /// function writes only the others.
     pub fn function(&mut self, doc: &str, function: Function) {
         let entries = match &function.outputs[..] {
             [o] if o.columns > 1 => {
@@ -91,7 +92,8 @@ impl Module {
         self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 
-    /// Adds the base regressor; the places of its non-zero entries are `NON_ZEROS`.
+    /// Adds the base regressor and a second function that writes its non-zero entries; the constant `NON_ZEROS` lists their
+    /// positions.
     pub fn regressor(&mut self, doc: &str, function: Function) {
         let of = SparsityPattern { places: function.non_zeros(0), is_symmetric: false };
         let entries = Some(Entries { list: "NON_ZEROS".into(), of });
@@ -99,7 +101,7 @@ impl Module {
     }
 }
 
-/// `name` as an identifier: in lower case, with underscores for other characters, a letter first.
+/// `name` as an identifier: in lower case, with underscores for other characters, and with a letter first.
 fn identifier(name: &str) -> String {
     let mut identifier: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

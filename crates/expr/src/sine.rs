@@ -1,12 +1,12 @@
 //! Sine and cosine as the generated files compute them, so that the tape gives the same bits.
 //!
-//! Reduction to [-pi/4, pi/4] by three parts of pi/2 [Cody, Waite 1980], then the minimax polynomials of fdlibm. Within
-//! 2e-16 for |x| < 2^27, NaN beyond. `codegen` copies the statements from here.
+//! The angle is reduced to [-pi/4, pi/4] with pi/2 in three parts [Cody, Waite 1980]; then the minimax polynomials of fdlibm
+//! follow. The error is below 2e-16 for |x| < 2^27; for larger |x| the result is NaN. `codegen` copies the statements from here.
 
 /// The text of this file. Generated files contain the statements of `sin_cos`, from `angle` and `fused` to sine and cosine.
 pub const SINE_SOURCE: &str = include_str!("sine.rs");
 
-/// Sine and cosine of an angle, rad; `fused` is a b + c, rounded once or twice.
+/// Sine and cosine of an angle in rad. `fused(a, b, c)` computes a b + c, rounded once or twice.
 #[inline(always)]
 pub(crate) fn sin_cos(angle: f64, fused: impl Fn(f64, f64, f64) -> f64) -> (f64, f64) {
     // Adding 1.5 * 2^52 rounds to an integer and leaves it in the low bits.
@@ -16,8 +16,8 @@ pub(crate) fn sin_cos(angle: f64, fused: impl Fn(f64, f64, f64) -> f64) -> (f64,
     let turns = fused(angle, core::f64::consts::FRAC_2_PI, ROUND);
     let quadrant = turns.to_bits();
     let n = turns - ROUND;
-    // Overflows from 2^27 on and makes the result NaN, because n would have more digits than the parts of pi/2 leave to
-    // it.
+    // The product overflows for |angle| >= 2^27 and makes the result NaN: n would have more digits than the parts of pi/2 leave
+    // to it.
     let reach = angle * REACH;
     let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], angle)));
     let x = x * fused(0.0, reach, 1.0);

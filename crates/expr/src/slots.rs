@@ -1,11 +1,11 @@
-//! The slots in which a tape holds the values of nodes. A slot is reused after the last use of its value.
+//! Assigns slots of memory to the values of a tape. A slot is used again after the last use of its value.
 
 use crate::function::{Function, operands};
 use crate::fusion::Fusion;
 use crate::graph::{Expr, Node};
 
-/// For each sine the cosine of its angle, and for each cosine the sine: the two are one operation, at the place of the
-/// first.
+/// For each sine node the cosine node of the same angle, and for each cosine node the sine node; `None` if there is none. The two
+/// are computed by one operation, in the place of the first.
 pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut partner = vec![None; nodes.len()];
     let mut angles = std::collections::BTreeMap::new();
@@ -20,13 +20,13 @@ pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     partner
 }
 
-/// For each node the last node that reads it. Inputs and outputs are kept to the end.
+/// For each node the last node that reads it; `usize::MAX` for inputs and outputs, which are kept to the end.
 pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     let nodes = function.graph().nodes();
     let partner = partners(nodes);
     let mut last_use = vec![0; nodes.len()];
     for (i, &node) in nodes.iter().enumerate() {
-        // The first of a sine and its cosine reads their angle for both.
+        // Of a sine and a cosine of the same angle, only the first reads the angle.
         let is_first = partner[i].is_none_or(|other| other > i);
         let angle = operands(node).filter(|_| is_first && matches!(node, Node::Sin(_) | Node::Cos(_)));
         for e in fusion.operands_of(i).chain(angle) {
@@ -40,7 +40,7 @@ pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     last_use
 }
 
-/// The allocation of the slots of a tape.
+/// Allocates the slots of a tape.
 pub(crate) struct Slots {
     free: Vec<u32>,
     n_slots: usize,
@@ -48,17 +48,17 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// No slot taken yet, for `nodes` nodes.
+    /// An allocation for `nodes` nodes, without slots in use.
     pub(crate) fn new(nodes: usize) -> Slots {
         Slots { free: Vec::new(), n_slots: 0, slot: vec![None; nodes] }
     }
 
-    /// Number of slots ever taken.
+    /// Number of different slots that were ever in use.
     pub(crate) fn count(&self) -> usize {
         self.n_slots
     }
 
-    /// The slot of a node; `None` where it has none.
+    /// The slot of a node; `None` if it has none.
     pub(crate) fn of(&self, node: usize) -> Option<u32> {
         self.slot[node]
     }
@@ -80,14 +80,14 @@ impl Slots {
         slot
     }
 
-    /// Takes a slot for one operation: its content is never read, and the next operation may take it.
+    /// Takes a slot for a result that is never read; the next operation may take the same slot.
     pub(crate) fn take_for_now(&mut self) -> u32 {
         let slot = self.next();
         self.free.push(slot);
         slot
     }
 
-    /// Takes a slot that no node can get.
+    /// Takes a slot that is never released and belongs to no node.
     pub(crate) fn take_for_ever(&mut self) -> u32 {
         self.next()
     }

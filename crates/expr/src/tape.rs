@@ -1,12 +1,12 @@
-//! A function scheduled for evaluation in place: straight-line code, interpreted.
+//! A function prepared for evaluation: a list of operations without branches, which an interpreter performs.
 //!
-//! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the working set stays
-//! in the cache.
+//! Nodes are computed in the order of creation. A slot of memory is used again after the last use of its value, so that all slots
+//! stay in the cache.
 //!
 //! The interpreter computes eight samples at a time, in SIMD lanes of the vector registers.
 //!
-//! [`Fusion`] decides the operations, as in generated code. Where the processor fuses a product with a sum, the
-//! tape gives the same bits as the compiled function. On other processors both round the product first.
+//! [`Fusion`] determines the operations, for the tape and for generated code. If the processor has a fused multiply-add, the tape
+//! gives the same bits as the compiled function. On other processors both round the product first.
 
 use crate::function::Function;
 use crate::fusion::Fusion;
@@ -14,36 +14,36 @@ use crate::graph::{Expr, Node, SymbolKind};
 use crate::slots::{Slots, last_uses, partners};
 use crate::tape_operation::{Code, NonSumOperation, Scheduled, Sum, Units, run_other, run_sums};
 
-/// A function ready to run.
+/// A function ready for evaluation.
 #[derive(Clone, Debug)]
 pub struct Tape {
     sums: Vec<Sum>,
-    /// Operations between the sums: division, root, sine with cosine.
+    /// Operations other than sums: division, root, sine with cosine. They are in the order of evaluation.
     others: Vec<NonSumOperation>,
-    /// Constants, written to their slots before the first evaluation.
+    /// Slot and value of each constant; the values are written before the first evaluation.
     constants: Vec<(u32, f64)>,
-    /// Slot of each input, in the order of the function's inputs.
+    /// Slot of each input entry, in the order of the function's inputs; `None` if it has no slot.
     inputs: Vec<Option<u32>>,
-    /// Slot and sign of each output entry.
+    /// (slot, whether the output is the negative of its value) of each output entry.
     outputs: Vec<(u32, bool)>,
     n_slots: usize,
 }
 
-/// Memory of one evaluation at a time; each thread needs its own.
+/// The memory of an evaluation. Each thread needs its own.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// One sample, stored twice: the sign of a pair changes inside the vector register that multiplies it, while a single
-    /// number would leave the register.
+    /// The slots of one sample, with each value stored twice. The sign of a pair changes inside a vector register; a single
+    /// number would have to leave the register for it.
     one: Vec<[f64; 2]>,
     many: Vec<[f64; Tape::LANES]>,
 }
 
 impl Tape {
-    /// SIMD lanes: samples computed at a time. Each operand takes two AVX2 registers, and the slots of a 7R regressor stay in
-    /// the nearest cache.
+    /// Number of samples that are computed together, in SIMD lanes. With eight, each operand takes two AVX2 registers, and the
+    /// slots of a 7R regressor stay in the nearest cache.
     pub const LANES: usize = 8;
 
-    /// Schedules `function`, with the values of its named constants.
+    /// Prepares `function` for evaluation, with the values of its named constants.
     pub fn new(function: &Function) -> Tape {
         let bound = function.bound();
         let nodes = bound.graph().nodes();
@@ -84,7 +84,7 @@ impl Tape {
                 _ => {}
             }
             let Some(scheduled) = units.scheduled(fusion.operation_of(i), &slots) else { continue };
-            // Slots of operands that are used here for the last time are free for the result.
+            // If an operand is used here for the last time, its slot is free for the result.
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
             dead.dedup();
@@ -113,7 +113,7 @@ impl Tape {
     /// The tape with its last inputs fixed at `values`; the remaining inputs stay free.
     ///
     /// # Panics
-    /// When there are more values than inputs.
+    /// If there are more values than inputs.
     pub fn with_last_inputs(mut self, values: &[f64]) -> Tape {
         let last = self.inputs.split_off(self.inputs.len() - values.len());
         // The slot of an input is never reused.
@@ -131,7 +131,7 @@ impl Tape {
         self.outputs.len()
     }
 
-    /// Memory that all evaluations of this tape can reuse, one at a time.
+    /// The memory that evaluations of this tape need; it can be used for any number of evaluations.
     pub fn workspace(&self) -> Workspace {
         let mut work = Workspace { one: vec![[0.0; 2]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {
@@ -140,7 +140,7 @@ impl Tape {
         work
     }
 
-    /// One evaluation: all inputs one after the other -> all outputs one after the other.
+    /// Evaluates one sample. `inputs` and `outputs` hold the entries of all inputs or outputs one after the other.
     pub fn evaluate(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         debug_assert_eq!((inputs.len(), outputs.len()), (self.n_inputs(), self.n_outputs()));
         self.run(&mut work.one, |k, _| inputs[k]);
@@ -150,7 +150,7 @@ impl Tape {
         }
     }
 
-    /// `inputs.len() / n_inputs()` evaluations, samples one after the other in both slices.
+    /// Evaluates `outputs.len() / n_outputs()` samples; `inputs` and `outputs` hold sample after sample.
     pub fn evaluate_many(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         if outputs.len() == self.n_outputs() {
             return self.evaluate(inputs, work, outputs);
@@ -166,8 +166,8 @@ impl Tape {
         });
     }
 
-    /// Evaluates `count` samples, [`Tape::LANES`] at a time: `take(block, outputs)` gets the outputs of the samples from
-    /// `block * LANES` on. Lanes past the end repeat the last sample.
+    /// Evaluates `count` samples, [`Tape::LANES`] at a time: `take(block, outputs)` gets the outputs of the samples from `block *
+    /// LANES` on. Lanes without a sample repeat the last sample.
     pub fn evaluate_lanes(
         &self,
         inputs: &[f64],
@@ -195,7 +195,7 @@ impl Tape {
             // SAFETY: `run_fused` requires a processor with AVX2 and FMA, which was just checked.
             return unsafe { self.run_fused(slots, input) };
         }
-        // Every AArch64 fuses; elsewhere a fused operation may be a slow call.
+        // Every AArch64 processor has a fused multiply-add; on other processors it may be a slow call.
         let fused = |a: f64, b: f64, c: f64| if cfg!(target_arch = "aarch64") { a.mul_add(b, c) } else { a * b + c };
         self.run_with(slots, input, fused);
     }
@@ -228,7 +228,7 @@ impl Tape {
     }
 }
 
-/// The outputs of [`Tape::LANES`] samples.
+/// The outputs of [`Tape::LANES`] samples that were computed together.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneOutputs<'a> {
     tape: &'a Tape,
@@ -239,7 +239,7 @@ impl LaneOutputs<'_> {
     /// Output k of each sample.
     ///
     /// # Panics
-    /// When there is no output k.
+    /// If there is no output k.
     #[inline]
     pub fn of(self, k: usize) -> [f64; Tape::LANES] {
         let (slot, is_negative) = self.tape.outputs[k];
@@ -253,7 +253,7 @@ mod tests {
     use super::*;
     use crate::{Graph, Input, Output, SymbolKind};
 
-    /// sin(x) (x + y), -(x - y) D + x y and zero, with D = 3.
+    /// A function with the outputs sin(x) (x + y), -(x - y) D + x y and zero, with D = 3.
     fn function() -> Function {
         let mut g = Graph::new();
         let (x, y) = (g.symbol("x", SymbolKind::Input), g.symbol("y", SymbolKind::Input));
@@ -283,8 +283,7 @@ mod tests {
         }
     }
 
-    /// x y - z where x y cancels z but for its rounding error. A fused operation keeps the error; an unfused one gives
-    /// zero.
+    /// The function is x y - z, and z is x y rounded. A fused operation gives the rounding error, an unfused one gives zero.
     #[test]
     fn fusing_rounds_once() {
         let mut g = Graph::new();
@@ -334,7 +333,7 @@ mod tests {
             }
             let tape = tape(3, both);
             tape.evaluate(&[0.3, 0.7], &mut tape.workspace(), &mut found);
-            // A few roundings of numbers below 2.
+            // The error of a few roundings of numbers below 2.
             assert!((found[0] - expected).abs() < 1e-14, "{found:?} {expected}");
         }
     }

@@ -1,15 +1,15 @@
-//! The operations of a tape, and how they run.
+//! The operations of a tape, and how the interpreter performs them.
 //!
-//! Sums and products are one operation, (+-a) b +- c, because a 1 + c and a b + -0 round as a + c and a b do. So a long run
-//! of them has no branch that depends on the kind of operation. An interpreter that branches at each operation loses time
-//! whenever the processor predicts the branch wrongly.
+//! Sums and products are one kind of operation, (+-a) b +- c, because a 1 + c rounds like a + c, and a b + -0 like a b. A long
+//! sequence of them needs no branch on the kind of operation. An interpreter that branches at each operation loses time whenever
+//! the processor predicts the branch wrongly.
 
 use crate::fusion::Operation;
 use crate::graph::Expr;
 use crate::sine::sin_cos;
 use crate::slots::Slots;
 
-/// (+-a) b +- c to a slot.
+/// The operation: slot `to` = (+-a) b +- c. a, b and c are slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sum {
     a: u32,
@@ -20,7 +20,7 @@ pub(crate) struct Sum {
     c_sign: Sign,
 }
 
-/// The bits to flip in a number: its sign bit, or none.
+/// A sign, as the bits to flip in a number: the sign bit, or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sign(u64);
 
@@ -31,7 +31,7 @@ impl Sign {
         Sign(u64::from(e.is_negative()) << 63)
     }
 
-    /// +-x. Two loops, because from a single one the compiler makes operations on single numbers.
+    /// x with this sign. There are two loops, because the compiler turns a single loop into operations on single numbers.
     #[inline(always)]
     fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
         let (mut bits, mut signed) = ([0; B], [0.0; B]);
@@ -45,7 +45,7 @@ impl Sign {
     }
 }
 
-/// An operation that is no sum, after the first `after` sums.
+/// An operation other than a sum. It is performed after the first `after` sums.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NonSumOperation {
     pub after: usize,
@@ -61,11 +61,11 @@ pub(crate) enum Code {
     Sqrt,
     /// sqrt(-a).
     SqrtOfNegative,
-    /// Sine to `to`, cosine to `b`.
+    /// Sine of slot `a` to slot `to`, cosine to slot `b`.
     SinCos,
 }
 
-/// The slots of the two constants that make one operation of all: a + c is a 1 + c, and a b is a b + -0.
+/// The slots of the constants 1 and -0, which turn sums and products into one form: a + c is a 1 + c, and a b is a b + -0.
 pub(crate) struct Units {
     pub one: u32,
     pub minus_zero: u32,
@@ -78,7 +78,7 @@ pub(crate) enum Scheduled {
 }
 
 impl Units {
-    /// The operation on the slots of its operands; `None` where there is nothing to compute.
+    /// `operation` with the slots of its operands; `None` for [`Operation::None`].
     pub(crate) fn scheduled(&self, operation: Operation, slots: &Slots) -> Option<Scheduled> {
         let held = |e: Expr| slots.at(e);
         let sum = |a: u32, b: u32, c: u32, [a_sign, c_sign]: [Sign; 2]| {
@@ -99,7 +99,7 @@ impl Units {
     }
 }
 
-// Loops instead of `from_fn`: in a closure of the library the compiler would not use the wider instructions.
+// These functions use loops and not `from_fn`: the compiler would not use the wider instructions in a closure of the library.
 
 #[inline(always)]
 pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {

@@ -1,14 +1,14 @@
 //! The memory that a reader may allocate for a file.
 //!
-//! budget = 64 x bytes of the file + 64 MiB. A reader draws from it before it allocates, so that a length stated in a file
-//! cannot exhaust the memory. The second term is for valid files that are small.
+//! budget = 64 x bytes of the file + 64 MiB. A reader subtracts from the budget before it allocates. A length that a file states
+//! can therefore not exhaust the memory. The constant term is for small valid files.
 
 /// Bytes of memory allowed per byte of a file.
 const MEMORY_BYTES_PER_FILE_BYTE: usize = 64;
-/// Bytes of memory allowed for every file in addition.
+/// Bytes of memory that are allowed for every file in addition, whatever its length.
 const ALLOWANCE_BYTES: usize = 64 << 20;
 
-/// The bytes of memory that a reader may still allocate.
+/// The memory that a reader may allocate: the whole budget and what remains of it, bytes.
 #[derive(Clone, Debug)]
 pub struct Budget {
     all: usize,
@@ -16,19 +16,19 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// The budget for a file of this length.
+    /// The budget for a file of `bytes` bytes.
     pub fn of(bytes: usize) -> Budget {
         let all = bytes.saturating_mul(MEMORY_BYTES_PER_FILE_BYTE).saturating_add(ALLOWANCE_BYTES);
         Budget { all, left: all }
     }
 
-    /// Grows the budget after more bytes of the file, or another file of the same log, were read.
+    /// Increases the budget for `bytes` further bytes that were read, of this file or of another file of the log.
     pub fn grow(&mut self, bytes: usize) {
         let more = bytes.saturating_mul(MEMORY_BYTES_PER_FILE_BYTE);
         (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));
     }
 
-    /// The initial budget with all growth, bytes.
+    /// The whole budget with all increases, spent or not, bytes.
     pub fn whole(&self) -> usize {
         self.all
     }
@@ -38,9 +38,9 @@ impl Budget {
         self.left
     }
 
-    /// Subtracts bytes from the budget.
+    /// Subtracts `bytes` from the remaining budget, before they are allocated.
     ///
-    /// Fails where fewer remain; the message has the whole budget.
+    /// Fails if fewer bytes remain; the message states the whole budget.
     pub fn draw(&mut self, bytes: usize) -> Result<(), String> {
         let all = self.all;
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {

@@ -1,5 +1,6 @@
-//! Handling of untrusted input: [`source`] reads bytes within a cap and a [`budget`]; [`shown`] escapes names for the output;
-//! [`opened`] lists the files that were read. [`suggestion`] finds the valid word that is nearest to a mistyped one.
+//! Handling of untrusted input: [`source`] reads bytes up to a maximum; [`budget`] limits the memory, and [`unfolding`] the
+//! decompressed bytes; [`shown`] escapes names for the output; [`opened`] lists the files that were read; [`suggestion`] finds
+//! the valid word nearest to a mistyped one.
 
 pub mod budget;
 pub mod opened;

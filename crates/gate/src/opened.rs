@@ -1,23 +1,23 @@
 //! The files that were opened, so that no output overwrites one of them.
 //!
-//! [`Source::open`](crate::source::Source::open) notes every file and its input: a file that is opened while a description
-//! or a log is read belongs to that input ([`with`]). A program with one task asks for all files; a long-lived process asks
-//! for the files of its inputs. A [`glance`](crate::source::glance) does not note a file.
+//! [`Source::open`](crate::source::Source::open) notes every file and its input. The input of a file is the description or the
+//! log that is being read when the file is opened ([`with`]). A program with one task asks for all files; a long-lived process
+//! asks for the files of its inputs. A [`glance`](crate::source::glance) does not note a file.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Opened files by full path, each with the inputs that it belongs to.
+/// The full path of each opened file, with the full paths of its inputs.
 static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
 
 thread_local! {
-    /// The inputs that this thread reads, the outermost first.
+    /// The inputs that this thread is reading: the outermost first, for an input that is read within another.
     static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Runs `work`; files opened in it belong to `input`, the path of a description or a log.
+/// Runs `work` and returns its result. Files that this thread opens in it belong to `input`, the path of a description or a log.
 pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     READ_NOW.with_borrow_mut(|now| now.push(full(input)));
     let outcome = work();
@@ -25,17 +25,17 @@ pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     outcome
 }
 
-/// Notes a file that is opened or named by a description.
+/// Notes a file that is opened, or that a description names. It belongs to all inputs that this thread is reading.
 pub fn note(path: &Path) {
     READ_NOW.with_borrow(|now| opened().entry(full(path)).or_default().extend(now.iter().cloned()));
 }
 
-/// All files that this process opened.
+/// The full paths of all noted files.
 pub fn all() -> Vec<PathBuf> {
     opened().keys().cloned().collect()
 }
 
-/// The files that belong to an input.
+/// The full paths of the files that belong to `input`.
 pub fn of(input: &Path) -> Vec<PathBuf> {
     let input = full(input);
     opened().iter().filter(|(_, inputs)| inputs.contains(&input)).map(|(file, _)| file.clone()).collect()
@@ -46,7 +46,7 @@ fn full(path: &Path) -> PathBuf {
 }
 
 fn opened() -> MutexGuard<'static, BTreeMap<PathBuf, BTreeSet<PathBuf>>> {
-    // A panic cannot leave an incomplete entry.
+    // A lock after a panic is used all the same, because a panic cannot leave an incomplete entry.
     OPENED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

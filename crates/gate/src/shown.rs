@@ -1,13 +1,13 @@
 //! Escapes of untrusted names and texts in outputs.
 //!
-//! A character that is invisible, or that changes how its neighbours are displayed, is shown as an escape: `\u{1b}` for the
-//! start of a terminal command, `\u{202e}` for a change of writing direction, `\n` for a newline. Others are unchanged.
+//! A character that is invisible, or that changes the display of its neighbours, is printed as an escape: `\u{1b}` for the start
+//! of a terminal command, `\u{202e}` for a change of writing direction, `\n` for a newline. Other characters are unchanged.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a character is invisible or changes how others are displayed: control characters, line separators, bidirectional
-/// controls, and characters of zero width.
+/// Whether a character is hidden: it is invisible or changes the display of its neighbours. Hidden characters are control
+/// characters, line separators, bidirectional controls, and characters of zero width.
 pub fn is_hidden(c: char) -> bool {
     let is_bidirectional =
         matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -15,12 +15,12 @@ pub fn is_hidden(c: char) -> bool {
     c.is_control() || is_bidirectional || has_no_width || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
-/// A text of one line with hidden characters escaped.
+/// The text with all hidden characters escaped, so that it stays on one line.
 pub fn line(text: &str) -> Cow<'_, str> {
     replaced(text, is_hidden)
 }
 
-/// A text of several lines with hidden characters escaped, except newlines and tabs.
+/// The text with hidden characters escaped, except newlines and tabs.
 pub fn lines(text: &str) -> Cow<'_, str> {
     replaced(text, |c| is_hidden(c) && c != '\n' && c != '\t')
 }
@@ -40,7 +40,7 @@ fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// JSON with hidden characters as JSON escapes, which have the same meaning.
+/// JSON text with hidden characters written as JSON escapes. The JSON values do not change.
 pub fn json(text: &str) -> Cow<'_, str> {
     let is_replaced = |c: char| is_hidden(c) && c != '\n';
     if !text.contains(is_replaced) {
@@ -49,7 +49,8 @@ pub fn json(text: &str) -> Cow<'_, str> {
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         if is_replaced(c) {
-            // All are in the basic multilingual plane: one escape is one character. Writing to a string cannot fail.
+            // All hidden characters are in the basic multilingual plane, so that one escape is enough. Writing to a string
+            // cannot fail.
             let _ = write!(out, "\\u{:04x}", u32::from(c));
         } else {
             out.push(c);
@@ -58,7 +59,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// A text of one line for Markdown, with the markup of Markdown and HTML escaped.
+/// The text as one line of Markdown, with the markup of Markdown and HTML escaped.
 pub fn markdown(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in line(text).chars() {
@@ -73,19 +74,19 @@ pub fn markdown(text: &str) -> String {
     out
 }
 
-/// A text of one line as Markdown code, in which only the bar between table cells can be escaped.
+/// The text as one line of Markdown code, in a table cell too: a bar is escaped, and a backtick becomes an apostrophe.
 pub fn markdown_code(text: &str) -> String {
     format!("`{}`", line(text).replace('`', "'").replace('|', "\\|"))
 }
 
-/// A name as one CSV cell, in quotation marks where it contains a delimiter, a quotation mark, `#` or outer blanks.
+/// The name as one CSV cell. It is in quotation marks if it contains a delimiter, a quotation mark, `#` or outer blanks.
 pub fn csv_cell(name: &str) -> Cow<'_, str> {
     let name = line(name);
     let is_quoted = name.contains([',', ';', '"', '#']) || name.trim() != name;
     if is_quoted { Cow::Owned(format!("\"{}\"", name.replace('"', "\"\""))) } else { name }
 }
 
-/// A name as part of a file name: characters that are special for folders, drives or shells become `_`.
+/// The name as part of a file name: characters with a special meaning for folders, drives or shells become `_`.
 pub fn file_name(name: &str) -> String {
     let taken = |c: char| is_hidden(c) || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
     let name: String = name.chars().map(|c| if taken(c) { '_' } else { c }).collect();

@@ -1,11 +1,10 @@
-//! The bytes of a file or of a pipe.
+//! Reading the bytes of a file or of a pipe, up to a maximum.
 //!
-//! A regular file is read to the length that it had when it was opened: bytes that a recorder appends later are not read.
-//! A file that was overwritten meanwhile is refused at its end, because the bytes read are a mixture of two versions. A
-//! file counts as overwritten if it has become shorter, or has the same length and another modification time, or
-//! has become longer and its first or last `COMPARED_BYTES`, which are read again, differ.
-//! A file whose index is at its end is read in blocks, and compared in the same manner after the last block.
-//! A pipe has no length and is read to its end, within the cap of its reader.
+//! A regular file is read to the length that it had when it was opened: bytes that a recorder appends later are not read. If the
+//! file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file counts as
+//! overwritten if it has become shorter, or has the same length and another modification time, or has become longer and differs
+//! in its first or last `COMPARED_BYTES`, which are read again. A file with an index at its end is read in blocks and compared
+//! in the same manner after the last block. A pipe has no length. It is read to its end, up to the maximum of its reader.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -15,7 +14,7 @@ use std::time::SystemTime;
 
 use crate::opened;
 
-/// Bytes at both ends of a grown file that are compared with the bytes read before.
+/// Number of bytes at each end of a file that are read again and compared, if the file has become longer.
 const COMPARED_BYTES: usize = 1 << 12;
 
 /// An opened file or pipe.
@@ -60,12 +59,12 @@ impl Source {
         Source::of(io::stdin())
     }
 
-    /// A stream without a path.
+    /// A source that reads from a stream without a path.
     pub fn of(pipe: impl Read + Send + 'static) -> Source {
         Source { from: From::Pipe(Box::new(pipe)) }
     }
 
-    /// The length of a regular file when it was opened; `None` of a pipe or device.
+    /// The length of a regular file when it was opened, bytes. `None` for a pipe or a device.
     pub fn length(&self) -> Option<u64> {
         match &self.from {
             From::File(file) => Some(file.length),
@@ -73,7 +72,8 @@ impl Source {
         }
     }
 
-    /// The file for reading blocks in any order. A pipe is returned as it is, because its bytes come once and in order.
+    /// The file for reads at any offset. A pipe is returned unchanged in `Err`, because its bytes can only be read once and in
+    /// order.
     pub fn pieces(self) -> io::Result<Result<RandomAccessFile, Source>> {
         match self.from {
             From::File(file) => RandomAccessFile::of(file).map(Ok),
@@ -81,9 +81,9 @@ impl Source {
         }
     }
 
-    /// All bytes.
+    /// Reads all bytes.
     ///
-    /// Fails with [`io::ErrorKind::FileTooLarge`] where there are more than `cap` bytes, and where reading fails.
+    /// Fails with [`io::ErrorKind::FileTooLarge`] if there are more than `cap` bytes. Fails if reading fails.
     pub fn whole(mut self, cap: u64) -> io::Result<Vec<u8>> {
         let too_large = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {cap} bytes"));
         if self.length().is_some_and(|length| length > cap) {
@@ -94,7 +94,7 @@ impl Source {
         if bytes.len() as u64 > cap { Err(too_large()) } else { Ok(bytes) }
     }
 
-    /// The first bytes, at most `most`.
+    /// Reads the next bytes, at most `most`.
     pub fn head(&mut self, most: usize) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.take(most as u64).read_to_end(&mut bytes)?;
@@ -102,7 +102,7 @@ impl Source {
     }
 }
 
-/// A regular file whose blocks are read in any order.
+/// A regular file that is read at any offset.
 pub struct RandomAccessFile {
     length: u64,
     file: Mutex<RegularFile>,
@@ -122,35 +122,35 @@ impl RandomAccessFile {
         self.length
     }
 
-    /// `count` bytes from the offset `place`, or fewer at the end of the file.
+    /// Reads `count` bytes from the offset `place`, or fewer if the file ends there.
     pub fn read(&self, place: u64, count: usize) -> io::Result<Vec<u8>> {
         let left = self.length.saturating_sub(place);
         self.locked().again(place, usize::try_from(left).unwrap_or(usize::MAX).min(count))
     }
 
-    /// Fails where the blocks that were read may belong to two versions of the file.
+    /// Fails if the blocks that were read may belong to two versions of the file.
     pub fn unchanged(&self) -> io::Result<()> {
         self.locked().unchanged()
     }
 
     fn locked(&self) -> MutexGuard<'_, RegularFile> {
-        // A panic leaves no invalid state: every read seeks first.
+        // A lock after a panic is used all the same: the state is valid, because every read seeks first.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// All bytes at a path, at most `cap`; fails as [`Source::whole`].
+/// Reads all bytes of the file or pipe at `path`. Fails like [`Source::whole`] if there are more than `cap`.
 pub fn read(path: &Path, cap: u64) -> io::Result<Vec<u8>> {
     Source::open(path)?.whole(cap)
 }
 
-/// The first `most` bytes of a system file that states no length, such as a file in /proc.
+/// Reads the first `most` bytes of a system file that states no length, such as a file in /proc.
 pub fn system_file_head(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// The first `most` bytes of a regular file, which is not noted as an input; `None` where it is no regular file, so that no
-/// pipe is opened twice.
+/// Reads the first `most` bytes of a regular file without noting it as an input. `None` if it is not a regular file: opening a
+/// pipe here would take its bytes from the later reader.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Opening a pipe without a writer would block for ever.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
@@ -159,7 +159,7 @@ pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     Source::unnoted(path).ok()?.head(most).ok()
 }
 
-/// Why a path is refused where a regular file is expected; `None` for a regular file.
+/// The reason why `path` is not a regular file, as a clause. `None` if it is a regular file.
 pub fn no_file(path: &Path) -> Option<String> {
     let found = std::fs::metadata(path).ok().map(|found| found.file_type());
     let what = match found {
@@ -206,7 +206,7 @@ impl RegularFile {
         Ok(count)
     }
 
-    /// Fails where the bytes that were read may belong to two versions of the file.
+    /// Fails if the bytes that were read may belong to two versions of the file.
     fn unchanged(&mut self) -> io::Result<()> {
         let found = self.file.metadata()?;
         let is_same = self.taken == self.length
@@ -230,7 +230,7 @@ impl RegularFile {
         self.file.seek(SeekFrom::Start(place))?;
         let mut bytes = Vec::with_capacity(count);
         (&self.file).take(count as u64).read_to_end(&mut bytes)?;
-        // Sequential reads continue at the end of the file.
+        // After the comparison a sequential read continues at the end of the file.
         self.file.seek(SeekFrom::Start(self.length))?;
         Ok(bytes)
     }

@@ -1,11 +1,11 @@
-//! The valid word that is nearest to a mistyped one.
+//! Suggestions: the valid word that is nearest to a mistyped word.
 
-/// A longer word is no typing error, and the cost of the distance grows with the length.
+/// A longer word gets no suggestion: it is hardly a typing error, and the time for a distance grows with the length.
 const LONGEST_WORD_CHARS: usize = 64;
-/// Longer candidates are not compared.
+/// Candidates that are longer are not compared.
 const LONGEST_CANDIDATE_BYTES: usize = 256;
 
-/// The number of insertions, deletions, substitutions and swaps of neighbours from `a` to `b`, without regard to case.
+/// The least number of insertions, deletions, substitutions and swaps of neighbours that turn `a` into `b`. Case is ignored.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.to_lowercase().chars().collect(), b.to_lowercase().chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
@@ -26,7 +26,7 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// The candidate nearest to `word`, within a distance of about a third of the length of the longer word.
+/// The candidate nearest to `word`. `None` if its distance is above about a third of the length of the longer of the two words.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if word.chars().count() > LONGEST_WORD_CHARS {
         return None;
@@ -36,7 +36,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     scored.filter(|(d, c)| *d <= near(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
 
-/// The text ` (did you mean ...?)`, or an empty text.
+/// The text ` (did you mean ...?)` with the nearest candidate; empty if there is none.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, candidates).map_or(String::new(), |c| format!(" (did you mean `{c}`?)"))
 }

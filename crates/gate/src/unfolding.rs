@@ -1,6 +1,6 @@
-//! Decompressing streams, limited by the [`Budget`] of the compressed bytes that were read so far.
+//! Decompression of streams. The decompressed bytes are limited by the [`Budget`] of the compressed bytes read so far.
 //!
-//! The length of a pipe is not known, so that the budget grows while the stream is read.
+//! The budget grows while the stream is read, because the length of a pipe is not known in advance.
 
 use std::io::{self, Read};
 use std::sync::Arc;
@@ -8,18 +8,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::budget::Budget;
 
-/// The shared count of compressed bytes that were read.
+/// The number of compressed bytes that were read; its clones share the count.
 #[derive(Clone, Debug, Default)]
 pub struct PackedBytes(Arc<AtomicUsize>);
 
 impl PackedBytes {
-    /// The memory budget for these bytes.
+    /// The memory budget for the compressed bytes read so far.
     pub fn budget(&self) -> Budget {
         Budget::of(self.0.load(Ordering::Relaxed))
     }
 }
 
-/// A source whose bytes are counted.
+/// A reader that counts the bytes that it reads.
 pub struct Counted<R> {
     source: R,
     count: PackedBytes,
@@ -33,7 +33,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// The decompressed stream of a decoder.
+/// A decompressed stream: reading fails if the decompressed bytes exceed the budget of the compressed bytes.
 pub struct Unfolding<D> {
     decoder: D,
     packed: PackedBytes,
@@ -42,19 +42,19 @@ pub struct Unfolding<D> {
 }
 
 impl<D> Unfolding<D> {
-    /// Makes the decoder of a compressed source by `decoder`; fails where `decoder` fails.
+    /// Makes the decompressed stream of `source`, a compressed stream. `decoder` makes the decoder; fails if it fails.
     pub fn new<R: Read, E>(source: R, decoder: impl FnOnce(Counted<R>) -> Result<D, E>) -> Result<Unfolding<D>, E> {
         let packed = PackedBytes::default();
         let decoder = decoder(Counted { source, count: packed.clone() })?;
         Ok(Unfolding { decoder, packed, unfolded: 0, copies: 1 })
     }
 
-    /// Counts each byte as `copies` bytes of memory from now on, for bytes that are kept in memory.
+    /// From now on each decompressed byte counts as `copies` bytes of memory, because the reader keeps so many copies of it.
     pub fn held(self, copies: usize) -> Unfolding<D> {
         Unfolding { copies, ..self }
     }
 
-    /// Puts back bytes that were read, so that they are read again.
+    /// Puts `bytes` back at the front of the stream, so that they are read again.
     pub fn put_back(self, bytes: Vec<u8>) -> Unfolding<io::Chain<io::Cursor<Vec<u8>>, D>>
     where
         D: Read,
@@ -64,7 +64,7 @@ impl<D> Unfolding<D> {
         Unfolding { decoder, packed: self.packed, unfolded, copies: self.copies }
     }
 
-    /// The count of compressed bytes.
+    /// The number of compressed bytes that were read, as a shared count.
     pub fn packed(&self) -> PackedBytes {
         self.packed.clone()
     }
@@ -83,7 +83,7 @@ impl<D: Read> Read for Unfolding<D> {
 mod tests {
     use super::*;
 
-    /// A decoder that makes a thousand bytes of each byte.
+    /// A decoder that returns a thousand zeros for each compressed byte.
     struct Thousandfold<R>(R);
 
     impl<R: Read> Read for Thousandfold<R> {

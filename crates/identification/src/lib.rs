@@ -1,14 +1,14 @@
-//! From logs to parameters with their evidence.
+//! Identification: from logs to parameters with their evidence.
 //!
 //! The folders follow the order of data processing, and each imports only from the previous ones: [`signals`] (from a log to
-//! states), [`rows`] (from states to triangles), [`estimators`] (from triangles to a solution), [`estimate`] (from a
-//! solution to an estimate with its evidence), [`plot_data`] (plot data of logs and estimates), [`spectrum`] (identification
-//! from the experiments of a plan).
+//! states), [`rows`] (from states to triangles), [`estimators`] (from triangles to a solution), [`estimate`] (from a solution to
+//! an estimate with its evidence), [`plot_data`] (data of plots of logs and estimates), [`spectrum`] (identification from the
+//! experiments of a plan).
 //!
 //! It depends on the linear model, the numerics, experiments, robots and logs.
 //!
-//! Not here: tau = Y X itself (`linear_model`), triangles and transforms (`numerics`), motions, plans and simulation
-//! (`experiments`), writing back into descriptions (`rist`). It never sees an expression.
+//! Not here: the model tau = Y X (`linear_model`); triangles and transforms (`numerics`); motions, plans and simulation
+//! (`experiments`); changes of descriptions (`rist`). It uses no symbolic expressions.
 
 #![warn(missing_docs)]
 

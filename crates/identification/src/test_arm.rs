@@ -1,4 +1,4 @@
-//! Fixtures of the unit tests: the pendulum of `experiments`, regressors and logs.
+//! Models and logs for the unit tests: the pendulum of `experiments`, regressors and logs.
 
 use std::sync::LazyLock;
 
@@ -20,7 +20,7 @@ pub(crate) fn pendulum() -> (&'static Pendulum, Model<'static>) {
     (&ARM, Model::new(&*ARM, &[], &[]))
 }
 
-/// Prismatic or revolute joints whose rows a function fills from ddq.
+/// A regressor of prismatic or revolute joints. A function computes its rows from ddq.
 pub(crate) struct Made(Vec<String>, Vec<BaseParameter>, Vec<bool>, fn(&[f64], &mut [f64]));
 
 impl Made {
@@ -50,7 +50,7 @@ impl Regressor for Made {
     }
 }
 
-/// A log of joints q1, q2, .. with a uniform clock.
+/// Makes a log of joints q1, q2, .. with a uniform clock.
 pub(crate) fn log(t: Vec<f64>, q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
     let period = t.get(1).map_or(1.0, |second| second - t[0]);
     Log {

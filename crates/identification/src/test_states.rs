@@ -1,4 +1,4 @@
-//! States of the pendulum, for unit tests here and in wings.
+//! States of the pendulum, for the unit tests.
 
 use linear_model::friction::terms::sign;
 use linear_model::regressor::Regressor;
@@ -7,7 +7,7 @@ use linear_model::states::States;
 use super::Pendulum;
 
 impl Pendulum {
-    /// Noise-free states of a motion with two frequencies, ten milliseconds apart.
+    /// Noise-free states of a motion with two frequencies, `len` samples at 10 ms.
     pub(crate) fn states(&self, len: usize) -> States {
         let mut states = States { n: 1, period: 0.01, ..States::default() };
         for r in 0..len {

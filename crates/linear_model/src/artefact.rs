@@ -3,9 +3,10 @@
 //! ```text
 //! rist: motion 1 8a41f00c5be7d913
 //! ```
-//! The checksum of the lines below detects changes of the file; its statements are then reported as statements of the file.
-//! It is no signature: anybody can compute a new one. A file of an earlier version of rist lacks the line. It is read, and
-//! its statements are also reported as statements of the file, since changes cannot be detected.
+//! The checksum is computed from the lines below and detects changes of the file. If it does not match, the statements of the
+//! file are reported as statements of the file. The checksum is not a signature: anybody can compute a new one. A file of an
+//! earlier version of rist has no such line. It is read, and its statements are also reported as statements of the file, because
+//! changes cannot be detected.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,13 +23,13 @@ const FORMAT_VERSION: usize = 1;
 pub enum ArtefactKind {
     /// The estimate of an identification.
     Estimate,
-    /// Experiments for spectral analysis.
+    /// A plan: experiments for spectral analysis.
     Plan,
-    /// One exciting motion.
+    /// An exciting motion.
     Motion,
-    /// Comparison of an estimate with logs that were not used for it.
+    /// A validation: comparison of an estimate with logs that were not used for it.
     Validation,
-    /// Comparison of robots with a reference.
+    /// A comparison of the robots of a fleet with a reference.
     Comparison,
 }
 
@@ -51,14 +52,14 @@ impl ArtefactKind {
         }
     }
 
-    /// The kind in the first line of a text; `None` where the line is absent or the kind unknown.
+    /// The kind of artefact that the first line of `text` states. `None` if there is no such line or the kind is unknown.
     pub fn of(text: &str) -> Option<ArtefactKind> {
         let (word, _) = head(text)?;
         ArtefactKind::ALL.into_iter().find(|kind| kind.word() == word)
     }
 }
 
-/// The words of the first line: kind, and the words after it; `None` without such a line.
+/// The kind in the first line, and the words after it. `None` if the text does not start with such a line.
 fn head(text: &str) -> Option<(&str, &str)> {
     let line = text.lines().next()?.strip_prefix(KEY)?.trim();
     Some(line.split_once(' ').unwrap_or((line, "")))
@@ -77,7 +78,7 @@ pub enum Checksum {
 }
 
 impl Checksum {
-    /// Checks the text of an artefact.
+    /// Checks the checksum in the text of an artefact.
     pub fn of(text: &str) -> Checksum {
         if head(text).is_none() {
             return Checksum::Absent;
@@ -87,7 +88,7 @@ impl Checksum {
         if written == Some(digest(body)) { Checksum::Whole } else { Checksum::Broken }
     }
 
-    /// A sentence where the checksum does not match or is absent; `None` where it matches.
+    /// A sentence for the user if the checksum does not match or is absent. `None` if it matches.
     pub fn said(self) -> Option<&'static str> {
         match self {
             Checksum::Whole => None,
@@ -98,16 +99,16 @@ impl Checksum {
         }
     }
 
-    /// That sentence as a note on a file.
+    /// The sentence of [`Checksum::said`] with the name of the file before it.
     pub fn note(self, file: impl std::fmt::Display) -> Option<String> {
         self.said().map(|said| format!("{file}: {said}"))
     }
 }
 
-/// Written in place of the checksum for an artefact from a file without a matching one, so that it never matches again.
+/// This word is written instead of a checksum if the artefact was read from a file without a matching one. It never matches.
 const NO_CHECKSUM: &str = "changed";
 
-/// The text of an artefact; `seal`: result of the check of the file from which it was read.
+/// The text of an artefact with its first line. `seal`: result of the check of the file from which the artefact was read.
 pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;
@@ -115,15 +116,15 @@ pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> 
     Ok(format!("{KEY}{word} {FORMAT_VERSION} {digest}\n{text}"))
 }
 
-/// FNV-1a, 64 bits, without carriage returns, so that both kinds of line ends give one checksum.
+/// The checksum FNV-1a of 64 bits. Carriage returns are left out, so that both kinds of line ends give the same checksum.
 fn digest(text: &str) -> u64 {
     let bytes = text.bytes().filter(|byte| *byte != b'\r');
     bytes.fold(0xcbf2_9ce4_8422_2325, |digest, byte| (digest ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// Reads an artefact of this kind from a text.
+/// Reads an artefact of the given kind from its text.
 ///
-/// Fails where the text has another kind or a later version, and with the line of an unexpected entry.
+/// Fails if the text states another kind or a later version. Fails at an unexpected entry, and states its line.
 pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, String> {
     let word = kind.word();
     let mut body = text.to_string();
@@ -131,7 +132,7 @@ pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, St
         if found != word {
             return Err(format!("this is no {word}: the first line says `{KEY}{found}`"));
         }
-        // The checksum follows after the version.
+        // The checksum comes after the version.
         let version = version.split(' ').next().unwrap_or_default();
         match version.parse::<usize>() {
             Ok(version) if (1..=FORMAT_VERSION).contains(&version) => {}
@@ -142,7 +143,7 @@ pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, St
                 ));
             }
         }
-        // As a comment the first line keeps the line numbers of errors.
+        // The first line becomes a comment, so that errors state the right line numbers.
         body.insert_str(0, "# ");
     }
     yaml::read(&body).map_err(|e| format!("this is no {word}: {e}"))

@@ -1,11 +1,11 @@
-//! Regressors that the package `generated` compiles into the program.
+//! Base regressors whose code the package `generated` compiles into the program.
 
 use generated::Eight;
 
 use crate::parameter::BaseParameter;
 use crate::regressor::{Coordinate, Regressor};
 
-/// The compiled base regressor of a robot.
+/// The base regressor of a robot as a compiled function of `generated`.
 pub struct Compiled {
     function: &'static generated::Compiled,
     coordinates: Vec<String>,
@@ -13,16 +13,16 @@ pub struct Compiled {
     parameters: Vec<BaseParameter>,
 }
 
-/// Whether the regressor of this fingerprint is compiled in.
+/// Whether a regressor with this fingerprint is compiled into the program.
 pub fn is_compiled(fingerprint: u64) -> bool {
     generated::find(fingerprint).is_some()
 }
 
-/// The compiled regressor with this fingerprint; `None` where there is none.
+/// The compiled regressor with this fingerprint. `None` if there is none.
 ///
-/// `fingerprint`: of the robot's base regressor including its constants, so that a robot of the same name with another
-/// geometry has another one. Coordinates and parameters come from the caller's description, because the function depends
-/// on the geometry only. `None` too where the function has other numbers of coordinates or parameters.
+/// `fingerprint`: fingerprint of the base regressor of the robot with its constants. A robot of the same name with another
+/// geometry has another fingerprint. Coordinates and parameters come from the description of the caller, because the function
+/// depends only on the geometry. Also `None` if the function has another number of coordinates or of parameters.
 pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
     let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();

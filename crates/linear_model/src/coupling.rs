@@ -1,37 +1,37 @@
 //! Elements that act along a combination of joints: a motor that turns with several joints, a spring, a cable or a bearing.
 //!
-//! With the position w = sum_k c_k q_k of the element, its torque on joint k is c_k f X for each of its columns f, since its
-//! power equals the power of these torques.
+//! The position of the element is w = sum_k c_k q_k. Each of its columns f with its parameter X gives the torque c_k f X on
+//! joint k, because the power f X dw/dt equals the power of these torques.
 //!
-//! For a motor m that also turns with other joints, c_m = 1 and c_k = R_mk / R_mm, the columns in addition to the columns of
-//! the joints are
+//! R: matrix from joint speeds to motor speeds. For a motor m that also turns with other joints, c_m = 1 and c_k = R_mk / R_mm.
+//! In addition to the columns of the joints, it has the columns
 //!   tau_k += c_k (IAM (d2w/dt2 - c_k ddq_k) + FVM (dw/dt - c_k dq_k) + FSM sign(dw/dt))
-//! since the rotor inertia and viscous friction of a joint contain the contribution of its own motion.
+//! because the columns of a joint already contain the rotor inertia and viscous friction of its own motion.
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 //!
-//! An element that the user defines has the columns that [`CouplingParameter`] names, without such a subtraction.
+//! An element that the user defines has the columns of its [`CouplingParameter`]s, without such a subtraction.
 
 use crate::coupling_parameter::CouplingParameter;
 
-/// A motor or element that acts along a combination of joints.
+/// A motor or an element that acts along a combination of joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
-    /// Its kind.
+    /// The kind of the coupling: a motor or an element.
     pub of: Coupled,
-    /// The coordinates that move it, each with its c; for a motor the other coordinates, then its own.
+    /// The coordinates that move it, each with its coefficient c. For a motor: the other coordinates, then its own.
     pub joints: Vec<(usize, f64)>,
 }
 
 /// The kind of a coupling.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Coupled {
-    /// The motor of a coordinate, which other joints turn too.
+    /// The motor of this coordinate, if other joints turn it too.
     Motor(usize),
-    /// An element with a name, and its columns.
+    /// An element that the user defines: its name and the parameters of its columns.
     Element(String, Vec<CouplingParameter>),
 }
 
-/// Positions, velocities and accelerations of all joints at one sample, and the direction of the coupled element.
+/// The state of all joints at one sample, and the direction of the coupled element.
 pub struct Instant<'a> {
     /// Positions, rad (m).
     pub q: &'a [f64],
@@ -39,29 +39,29 @@ pub struct Instant<'a> {
     pub dq: &'a [f64],
     /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: &'a [f64],
-    /// sign(dw/dt), or that sign after a filter.
+    /// sign(dw/dt), or the filtered sign, between -1 and 1.
     pub direction: f64,
 }
 
 impl Coupling {
-    /// A motor that other joints turn too.
+    /// Makes the coupling of `motor`, which the joints `others` turn too, each with its coefficient c.
     pub fn motor(motor: usize, others: &[(usize, f64)]) -> Coupling {
         let joints = others.iter().copied().chain([(motor, 1.0)]).collect();
         Coupling { of: Coupled::Motor(motor), joints }
     }
 
-    /// dw/dt from the speeds of the joints; also w from positions and d2w/dt2 from accelerations.
+    /// dw/dt from the speeds of the joints. With positions it gives w, and with accelerations d2w/dt2.
     #[inline]
     pub fn speed(&self, dq: impl Fn(usize) -> f64) -> f64 {
         self.joints.iter().map(|&(k, c)| c * dq(k)).sum::<f64>()
     }
 
-    /// The joints on which it acts.
+    /// The coordinates on which the coupling acts.
     pub fn rows(&self) -> impl Iterator<Item = usize> {
         self.joints.iter().map(|(k, _)| *k)
     }
 
-    /// The parameters of its columns.
+    /// The parameters of the coupling, in the order of its columns.
     pub fn parameters(&self) -> &[CouplingParameter] {
         match &self.of {
             Coupled::Motor(_) => &CouplingParameter::MOTOR,
@@ -69,14 +69,15 @@ impl Coupling {
         }
     }
 
-    /// Calls `take(row, column, entry)` for each entry; row and column are counted from 0 within this coupling.
+    /// Calls `take(row, column, entry)` for each entry of the columns of this coupling. Row and column are counted from 0 within
+    /// the coupling.
     #[inline]
     pub fn columns(&self, at: &Instant, mut take: impl FnMut(usize, usize, f64)) {
         let of = |x: &[f64]| self.speed(|k| x[k]);
         let (position, speed, acceleration) = (of(at.q), of(at.dq), of(at.ddq));
         let is_motor = matches!(self.of, Coupled::Motor(_));
         for (row, &(k, c)) in self.joints.iter().enumerate() {
-            // The contribution of the joint's own motion is in the columns of the joint.
+            // The columns of the joint already contain the contribution of its own motion.
             let own = if is_motor { c } else { 0.0 };
             for (column, parameter) in self.parameters().iter().enumerate() {
                 use CouplingParameter::*;
@@ -103,7 +104,7 @@ mod tests {
     const DQ: [f64; 3] = [0.7, -1.1, 0.4];
     const DDQ: [f64; 3] = [2.0, 3.0, -1.5];
 
-    /// The power of each column over all joints.
+    /// The power of each column for a parameter of 1: the sum over all joints.
     fn power(coupling: &Coupling) -> Vec<f64> {
         let direction = coupling.speed(|k| DQ[k]).signum();
         let mut power = vec![0.0; coupling.parameters().len()];
@@ -113,8 +114,8 @@ mod tests {
         power
     }
 
-    /// The power of a motor that three joints turn is its torque times its own speed, minus the contributions in the rotor
-    /// inertia and viscous friction of the joints.
+    /// The power of a motor that three joints turn is its torque times its own speed. The rotor inertia and viscous friction in
+    /// the columns of the joints are subtracted.
     #[test]
     fn the_power_is_that_of_the_motor() {
         let motor = Coupling::motor(2, &[(0, 0.5), (1, -0.3)]);

@@ -1,11 +1,11 @@
 //! The parameters of a motor that turns with several joints, and of an element between joints: names and units.
 //!
-//! | parameter | letters | torque along w (`coupling`) | unit (prismatic) |
+//! | parameter | letters | column f along w (see `coupling`) | unit (prismatic) |
 //! |---|---|---|---|
 //! | motor: rotor inertia, viscous and Coulomb friction | IAM, FVM, FSM | d2w/dt2, dw/dt, sign | kg m^2 (kg), N m s/rad (N s/m), N m (N) |
-//! | element: the same | IAE, FVE, FSE | d2w/dt2, dw/dt, sign | the same |
+//! | element: inertia, viscous and Coulomb friction | IAE, FVE, FSE | d2w/dt2, dw/dt, sign | like the motor |
 //! | element: stiffness | KE | w | N m/rad (N/m) |
-//! | element: with sine and cosine, constant | SE, CE, OFFE | sin w, cos w, 1 | N m (N) |
+//! | element: sine, cosine and constant torque | SE, CE, OFFE | sin w, cos w, 1 | N m (N) |
 
 use serde::{Deserialize, Serialize};
 
@@ -24,20 +24,20 @@ pub enum CouplingParameter {
     /// FSM: Coulomb friction of the motor.
     #[serde(skip)]
     Coulomb,
-    /// IAE: torque of an element per acceleration along it.
+    /// IAE: inertia of an element, its torque per acceleration d2w/dt2.
     Inertia,
-    /// FVE: torque of an element per speed along it.
+    /// FVE: viscous friction of an element, its torque per speed dw/dt.
     #[serde(rename = "viscous")]
     ElementViscous,
-    /// FSE: torque of an element with the sign of its speed.
+    /// FSE: Coulomb friction of an element, its torque with the sign of its speed dw/dt.
     #[serde(rename = "coulomb")]
     ElementCoulomb,
-    /// KE: torque of an element per position along it.
+    /// KE: stiffness of an element, its torque per position w.
     #[serde(rename = "spring")]
     Stiffness,
-    /// SE: torque of an element over the sine of its position.
+    /// SE: torque of an element that is proportional to sin w.
     Sine,
-    /// CE: torque of an element over the cosine of its position.
+    /// CE: torque of an element that is proportional to cos w.
     Cosine,
     /// OFFE: constant torque of an element.
     Offset,
@@ -46,7 +46,7 @@ pub enum CouplingParameter {
 impl CouplingParameter {
     /// The parameters of a motor, in the order of their columns.
     pub const MOTOR: [CouplingParameter; 3] = [Self::Rotor, Self::Viscous, Self::Coulomb];
-    /// The parameters that an element may have.
+    /// The parameters that the user can give to an element.
     pub const ELEMENT: [CouplingParameter; 7] = [
         Self::Inertia,
         Self::ElementViscous,
@@ -57,7 +57,7 @@ impl CouplingParameter {
         Self::Offset,
     ];
 
-    /// The letters of its name.
+    /// The letters in the name of the parameter: `IAM` of `IAM3`.
     pub fn letters(self) -> &'static str {
         match self {
             CouplingParameter::Rotor => "IAM",
@@ -73,7 +73,7 @@ impl CouplingParameter {
         }
     }
 
-    /// The unit along a revolute joint.
+    /// The unit if the motor or element turns a revolute joint.
     pub(crate) fn unit(self) -> Unit {
         match self {
             Self::Rotor | Self::Inertia => Unit::INERTIA,

@@ -1,35 +1,35 @@
-//! The options with which a description was read: with its file they reproduce the model.
+//! The options with which a description was read. The file and these options together reproduce the model.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The options for reading a description; by default none.
+/// The options for reading the description of a robot. By default there are none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DescriptionOptions {
-    /// Values of symbols, m or rad.
+    /// The value of each symbol of the description, m or rad.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
-    /// Values of the arguments of a xacro.
+    /// The value of each argument of a xacro file.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub arguments: BTreeMap<String, String>,
-    /// Folders of the packages from which a xacro includes files.
+    /// The folder of each package from which a xacro file includes files.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, String>,
     /// Whether the mimic joints of a URDF are independent coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,
-    /// Whether angles near a right angle stay as the file gives them.
+    /// Whether rounded angles stay as the file gives them. By default, 1.5707 counts as pi/2.
     #[serde(skip_serializing_if = "is_false")]
     pub angles_as_given: bool,
-    /// Which joints have a rotor inertia among their parameters; `None`: as in the file.
+    /// The joints that have a rotor inertia parameter. `None`: as the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_inertia: Option<RotorInertias>,
-    /// Orientation of the base, rad: roll, pitch and yaw of its frame in the frame in which the file defines gravity.
+    /// Orientation of the base: roll, pitch and yaw of its frame, rad, in the frame in which the file defines gravity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<[f64; 3]>,
-    /// Locked joints with their positions, rad or m.
+    /// Name of each locked joint, with its position, rad or m.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub locked: BTreeMap<String, f64>,
     /// Whether the base is a link with inertial parameters, moved by six coordinates.
@@ -37,13 +37,13 @@ pub struct DescriptionOptions {
     pub floating_base: bool,
 }
 
-/// Joints with a rotor inertia.
+/// The choice of the joints that have a rotor inertia parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotorInertias {
-    /// No joint.
+    /// No joint has a rotor inertia.
     None,
-    /// Joints that a motor moves.
+    /// Only joints that a motor moves.
     Actuated,
     /// All joints that move.
     All,

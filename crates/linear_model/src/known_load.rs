@@ -1,8 +1,8 @@
 //! A load with known mass and geometry: its file, and its contribution to the base parameters.
 //!
-//! phi_L are the ten parameters of the load in and about the frame of its link, and X = B phi. The load adds B_L phi_L
-//! to the base parameters, where B_L are the ten columns of B that belong to the link. Its torque D B_L phi_L is known.
-//! An unknown load is estimated in `identification::estimators::payload`.
+//! phi_L are the ten parameters of the load in the frame of its link, and X = B phi maps standard to base parameters. The load
+//! adds B_L phi_L to the base parameters, where B_L are the ten columns of B that belong to the link. So its torque Y B_L phi_L
+//! is known.
 
 use robot::{Error, Link, Part, Place, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
@@ -11,51 +11,51 @@ use crate::pseudo_inertia::smallest_eigenvalue;
 use crate::standard_map::StandardMap;
 use crate::yaml;
 
-/// A body on a link, with the fields of its file.
+/// A known load on a link, with the fields of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownLoad {
-    /// Name of the link in the model, or of a frame that the model's file fixes to a link: `tool0`.
+    /// Name of the link in the model, or of a frame that is fixed to a link in the file of the model: `tool0`.
     pub link: String,
-    /// Mass, kg.
+    /// Mass of the load, kg.
     pub mass: f64,
-    /// Centre of mass, m, in that frame as defined in the model's file.
+    /// Centre of mass, m, in the frame of the link or in the named frame, as the file of the model defines it.
     pub centre_of_mass: [f64; 3],
-    /// Inertia about the centre of mass, kg m^2, in the axes of that frame; zero where not given.
+    /// Inertia about the centre of mass, kg m^2, in the axes of this frame. Zero if the file does not give it.
     #[serde(default)]
     pub inertia: Inertia,
 }
 
-/// Entries of the inertia matrix: xy = - sum m x y.
+/// The entries of an inertia matrix. Products of inertia have the sign of the matrix entry: xy = - sum m x y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Inertia {
-    /// kg m^2.
+    /// Entry xx, kg m^2.
     pub xx: f64,
-    /// kg m^2, the entry of the matrix.
+    /// Entry xy, kg m^2.
     pub xy: f64,
-    /// kg m^2, the entry of the matrix.
+    /// Entry xz, kg m^2.
     pub xz: f64,
-    /// kg m^2.
+    /// Entry yy, kg m^2.
     pub yy: f64,
-    /// kg m^2, the entry of the matrix.
+    /// Entry yz, kg m^2.
     pub yz: f64,
-    /// kg m^2.
+    /// Entry zz, kg m^2.
     pub zz: f64,
 }
 
-/// Relative rounding of the eigenvalues of a pseudo-inertia.
+/// Rounding of the smallest eigenvalue of a pseudo-inertia, relative to the largest one.
 const EIGENVALUE_ROUNDING: f64 = 1e-12;
 
 impl KnownLoad {
-    /// Reads the file. Fails with the line of an unexpected entry, and where no body has this mass and inertia.
+    /// Reads a load from the text of its file. Fails at an unexpected entry, and if no body can have this mass and inertia.
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
         let error = |message: String| Error { place: Place { file: file.into(), ..Place::default() }, message };
         let load: KnownLoad = yaml::read(text).map_err(|e| error(format!("this is no load: {e}")))?;
         load.fault().map_or(Ok(load), |fault| Err(error(fault)))
     }
 
-    /// An error text where no body has this mass and inertia; `None` where they are possible.
+    /// The error text if no body can have this mass and inertia. `None` if they are possible.
     pub fn fault(&self) -> Option<String> {
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
         let finite = self.part().parameters().iter().all(|x| x.is_finite());
@@ -70,8 +70,8 @@ impl KnownLoad {
         })
     }
 
-    /// Its contribution B_L phi_L to the base parameters of the map. Fails when the robot has no such link, and when no joint
-    /// moves the link.
+    /// The contribution B_L phi_L of the load to the base parameters of the map. Fails if the robot has no such link, or if no
+    /// joint moves the link.
     pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, String> {
         let (link, frame) = self.carrier(robot)?;
         let Some(&(_, first)) = map.bodies.iter().find(|(name, _)| *name == link.name) else {
@@ -85,7 +85,7 @@ impl KnownLoad {
         Ok((0..map.matrix.nrows()).map(|k| (0..10).map(|c| columns[(k, c)] * ten[c]).sum()).collect())
     }
 
-    /// The link that carries it, and the pose of its frame in the frame of that link.
+    /// The link that carries the load, and the pose of the frame of the load in the frame of this link.
     fn carrier<'a>(&self, robot: &'a Robot) -> Result<(&'a Link, Pose), String> {
         let fixed = |link: &'a Link| {
             let frame = link.frames.iter().find(|(name, _)| *name == self.link);
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn a_file_is_a_body() {
         let load = KnownLoad::from_yaml("load.yaml", FILE).unwrap();
-        // Steiner: 0.01 + 2 0.1^2, 0.02 + 2 (0.3^2 + 0.1^2), 0.02 + 2 0.3^2, -2 0.3 0.1, up to rounding.
+        // Parallel axis theorem: 0.01 + 2 0.1^2, 0.02 + 2 (0.3^2 + 0.1^2), 0.02 + 2 0.3^2, -2 0.3 0.1, up to rounding.
         let expected = [0.03, 0.0, -0.06, 0.22, 0.0, 0.2, 0.6, 0.0, 0.2, 2.0];
         for (x, y) in load.part().parameters().iter().zip(expected) {
             assert!((x - y).abs() < 1e-15, "{x} {y}");

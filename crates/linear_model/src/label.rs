@@ -1,14 +1,14 @@
-//! The label of a parameter's name, after its letters: the number of a link or coordinate, or `_` and a word.
+//! Labels in names of parameters. A label follows the letters: the number of a link or coordinate, or `_` and a word.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// A label: `3` of `FV3`, `_elbow` of `FV_elbow`.
+/// The label in the name of a parameter: `3` in `FV3`, `_elbow` in `FV_elbow`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label(String);
 
 impl Label {
-    /// The label of a coordinate: the number of `q3`; any other name after an underscore.
+    /// The label of a coordinate: `3` for `q3`; for any other name, an underscore and the name.
     pub fn of_coordinate(name: &str) -> Label {
         match name.strip_prefix('q') {
             Some(digits) if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) => Label(digits.into()),
@@ -16,7 +16,7 @@ impl Label {
         }
     }
 
-    /// The label of a link: unchanged where it starts with a digit, otherwise after an underscore.
+    /// The label of a link: unchanged if it starts with a digit, else an underscore and the text.
     pub fn of_link(label: &str) -> Label {
         let is_number = label.starts_with(|c: char| c.is_ascii_digit());
         Label(if is_number { label.into() } else { format!("_{label}") })

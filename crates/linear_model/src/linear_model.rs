@@ -2,12 +2,12 @@
 //!
 //! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission.
 //!
-//! tau is the measured torque after removal of known scales s and springs k of the transmission:
+//! tau is the measured torque after the removal of known scales s and known springs k of the transmission:
 //!
 //! ```text
 //! tau_measured = s (tau + k q)        N m (N); s without unit, k N m/rad (N/m)
 //! ```
-//! Errors are relative to the measured torque, so the removal of a spring does not change a relative error by itself.
+//! Relative errors are relative to the measured torque, so the removal of a spring does not change them.
 
 use std::ops::Range;
 
@@ -22,26 +22,26 @@ use crate::regressor::Regressor;
 use crate::row_layout::RowLayout;
 use crate::states::States;
 
-/// Dynamics, friction and couplings: all torques that are linear in their parameters.
+/// The model of a robot: dynamics, friction and couplings, all torques that are linear in their parameters.
 pub struct Model<'a> {
-    /// The base regressor.
+    /// The base regressor Y of the dynamics.
     pub regressor: &'a dyn Regressor,
-    /// Friction columns of every joint.
+    /// The friction terms of the joints.
     pub friction: &'a [FrictionTerm],
     /// Motors that also turn with a joint other than their own, and elements between joints.
     pub couplings: Vec<Coupling>,
-    /// Known scales s of the torques, by coordinate; empty where all are 1.
+    /// Known scale s of the torque of each coordinate. Empty if all are 1.
     pub scales: Vec<f64>,
-    /// Known springs k, N m/rad (N/m), by coordinate; empty where there is none.
+    /// Known stiffness k of the spring of each coordinate, N m/rad (N/m). Empty if there is no spring.
     pub springs: Vec<f64>,
-    /// The parameters, in the order of the columns.
+    /// The parameter of each column of W.
     pub parameters: Vec<Parameter>,
-    /// Positions of the entries of a sample in a block of rows.
+    /// The positions at which the entries of a sample are stored in a block of rows.
     pub layout: RowLayout,
 }
 
 impl<'a> Model<'a> {
-    /// A model with the columns of base parameters, friction by joint, and couplings, in this order.
+    /// Makes a model. Its columns are the base parameters, then friction by joint, then couplings.
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &[Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
@@ -71,29 +71,29 @@ impl<'a> Model<'a> {
         Model { regressor, friction, couplings: couplings.to_vec(), scales, springs, parameters, layout }
     }
 
-    /// Number of coordinates.
+    /// Number n of coordinates.
     #[inline]
     pub fn n(&self) -> usize {
         self.regressor.coordinates().len()
     }
 
-    /// Scale s of coordinate j.
+    /// Known scale s of the torque of coordinate j; 1 if none is known.
     pub fn scale(&self, j: usize) -> f64 {
         self.scales.get(j).copied().unwrap_or(1.0)
     }
 
-    /// Spring torque k q of coordinate j at sample r, N m (N).
+    /// Known spring torque k q of coordinate j at sample r, N m (N); 0 without a spring.
     pub fn spring(&self, states: &States, r: usize, j: usize) -> f64 {
         self.springs.get(j).map_or(0.0, |stiffness| stiffness * states.q[r * states.n + j])
     }
 
-    /// Number of parameters.
+    /// Number p of parameters.
     #[inline]
     pub fn p(&self) -> usize {
         self.parameters.len()
     }
 
-    /// Calls `take(r, rows)` for each sample of a range, with its n x p rows, row by row.
+    /// Calls `take(r, rows)` for each sample r of `range`. `rows`: its n rows of W, n x p, row by row.
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
@@ -116,7 +116,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The rows of sample r from its regressor `y`.
+    /// Writes the n rows of sample r into `w`, from its base regressor `y`.
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
@@ -139,7 +139,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The state of sample r and the direction of coupling i.
+    /// The state of all joints at sample r, with the direction of coupling i.
     #[inline]
     fn at<'s>(&self, states: &'s States, r: usize, i: usize) -> Instant<'s> {
         let n = self.n();
@@ -148,15 +148,15 @@ impl<'a> Model<'a> {
         Instant { q: &states.q[at.clone()], dq: &states.dq[at.clone()], ddq: &states.ddq[at], direction }
     }
 
-    /// The rows of the samples of a range in blocks, without zero entries.
+    /// Calls `take(r, block)` for each block of rows of `range`; r is its first sample. Only entries that are not always zero
+    /// are stored, as in `layout`.
     ///
-    /// `take(r, block)` is called with the rows from sample r on. `layout` gives the positions of their entries, including
-    /// the torque. Rows of joints at standstill are filled like the others.
+    /// The torques of the sample are among the entries. Rows of joints at standstill are filled like other rows.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
         self.each_block(states, range, &mut take);
     }
 
-    /// Implements [`Model::blocks`] without generics, so that it is compiled once.
+    /// Does the work of [`Model::blocks`]. It has no generic parameter, so that it is compiled once.
     fn each_block(&self, states: &States, range: Range<usize>, take: &mut dyn FnMut(usize, &mut RowBlock)) {
         let n = self.n();
         let filtered = states.filtered(self.friction);
@@ -165,7 +165,7 @@ impl<'a> Model<'a> {
         for first in range.clone().step_by(BLOCK_ROWS) {
             block.rows = BLOCK_ROWS.min(range.end - first);
             inputs.clear();
-            // SIMD lanes past the end repeat the last sample.
+            // SIMD lanes beyond the end of the range repeat the last sample.
             for r in (first..first + block.groups() * 8).map(|r| r.min(range.end - 1)) {
                 for x in [&states.q, &states.dq, &states.ddq] {
                     inputs.extend_from_slice(&x[r * n..(r + 1) * n]);
@@ -185,7 +185,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Friction, couplings and torques of up to eight samples, one per lane.
+    /// Writes friction, couplings and torques of up to eight samples into `group`, one sample per SIMD lane.
     fn fill_group(&self, states: &States, filtered: &[Option<&[f64]>], samples: Range<usize>, group: &mut [Eight]) {
         let n = self.n();
         let of_group = samples.start * n..samples.end * n;
@@ -200,7 +200,7 @@ impl<'a> Model<'a> {
                 let entries = &mut group[place..place + width];
                 place += width;
                 match (term, filtered, &mut *entries) {
-                    // Fast paths of the standard terms.
+                    // The standard terms are copied directly, which is faster.
                     (FrictionTerm::Viscous, None, [entry]) => of_joint(&states.dq, entry),
                     (FrictionTerm::Coulomb, None, [entry]) => of_joint(&states.direction, entry),
                     (FrictionTerm::Offset, None, [entry]) => entry.0[..samples.len()].fill(1.0),
@@ -222,7 +222,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The columns of a friction term of joint j at sample r; a term has at most four.
+    /// The entries of a friction term of joint j at sample r. A term has at most four columns.
     #[inline]
     fn friction_at(
         &self,
@@ -244,7 +244,7 @@ impl<'a> Model<'a> {
         columns
     }
 
-    /// Residuals tau - W x of eight rows of joint j, N m (N).
+    /// Residuals tau - W x of eight rows of joint j, N m (N). `group`: the entries of eight samples.
     #[inline]
     pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
         let joint = &self.layout.joints[j];
@@ -258,7 +258,7 @@ impl<'a> Model<'a> {
         residual
     }
 
-    /// Calls `take(r, j, residual)` with tau - W x, N m (N), for the used rows of all samples.
+    /// Calls `take(r, j, residual)` for each used row: sample r, joint j, residual tau - W x, N m (N).
     pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
         let n = self.n();
         self.residual_groups(states, 0..states.len(), x, |group| {
@@ -270,7 +270,7 @@ impl<'a> Model<'a> {
         });
     }
 
-    /// Calls `take` with the rows of a range and their residuals tau - W x, eight samples at a time.
+    /// Calls `take` with the rows of the samples in `range` and their residuals tau - W x, eight samples at a time.
     pub fn residual_groups(
         &self,
         states: &States,
@@ -281,7 +281,7 @@ impl<'a> Model<'a> {
         self.each_residual_group(states, range, x, &mut take);
     }
 
-    /// Implements [`Model::residual_groups`] without generics, so that it is compiled once.
+    /// Does the work of [`Model::residual_groups`]. It has no generic parameter, so that it is compiled once.
     fn each_residual_group(
         &self,
         states: &States,
@@ -303,15 +303,15 @@ impl<'a> Model<'a> {
 
 /// The rows and residuals of up to eight samples.
 pub struct ResidualGroup<'a> {
-    /// The record.
+    /// The states of the record.
     pub states: &'a States,
-    /// The samples, one per SIMD lane, in order.
+    /// Indices of the samples, one per SIMD lane, in this order.
     pub samples: Range<usize>,
-    /// The entries, at the positions of the model's layout.
+    /// The entries of the rows, at the positions of the layout of the model.
     pub entries: &'a [Eight],
-    /// Residuals tau - W x by joint, N m (N), also of unused rows.
+    /// Residuals tau - W x of each joint for each sample, N m (N). Unused rows have residuals too.
     pub residuals: &'a [[f64; 8]],
 }
 
-/// Number of samples whose regressors are computed together: eight blocks of eight SIMD lanes.
+/// Number of samples for which the regressor is computed in one call: eight groups of eight SIMD lanes.
 const SAMPLES_PER_PASS: usize = 64;

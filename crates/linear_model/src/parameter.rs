@@ -1,15 +1,16 @@
-//! The parameters of the observation equation: the identity, the name and the unit of each.
+//! The parameters of the observation equation: identity, name and unit of each parameter.
 //!
-//! A name is the `Display` of a [`ParameterId`]: letters, then a [`Label`]. It is parsed only when a file is read.
+//! The name of a parameter is the `Display` of its [`ParameterId`]: letters, then a [`Label`]. Names are parsed only when a file
+//! is read.
 //!
 //! | parameter | letters | unit (prismatic joint) |
 //! |---|---|---|
 //! | inertia, rotor inertia | XX .. ZZ, IA | kg m^2 (IA: kg) |
 //! | first moment, mass | MX MY MZ, M | kg m, kg |
-//! | friction with the speed; with its root | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
+//! | friction that grows with the speed; with the root of the speed | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
 //! | friction that grows with the load | FL, FLP, FLN | 1 |
-//! | coupled motor, element between joints | IAM, FVM, FSM; IAE, FVE, FSE, KE, SE, CE, OFFE | [`coupling_parameter`] |
+//! | motor that turns with several joints, element between joints | IAM, FVM, FSM; IAE, FVE, FSE, KE, SE, CE, OFFE | see [`coupling_parameter`] |
 //! | drive gain | KT | N m/A (N/A) |
 //!
 //! [`coupling_parameter`]: crate::coupling_parameter
@@ -29,16 +30,16 @@ use crate::unit::Unit;
 pub enum ParameterId {
     /// A base parameter of the dynamics.
     Base(BaseName),
-    /// Friction of one coordinate.
+    /// A friction parameter of one coordinate.
     Friction(FrictionParameter, Label),
     /// A motor that turns with a joint other than its own, or an element between joints.
     Coupling(CouplingParameter, Label),
-    /// Torque per unit of current of one drive.
+    /// The gain of one drive: torque per unit of current.
     DriveGain(Label),
 }
 
 impl ParameterId {
-    /// A friction parameter of a coordinate; a rotor inertia among the friction is identical to the base parameter IA.
+    /// The identity of a friction parameter of a coordinate. A rotor inertia among the friction terms is the base parameter IA.
     pub fn friction(parameter: FrictionParameter, coordinate: &str) -> ParameterId {
         let label = Label::of_coordinate(coordinate);
         match parameter {
@@ -47,12 +48,12 @@ impl ParameterId {
         }
     }
 
-    /// The drive gain of a coordinate.
+    /// The identity of the drive gain of a coordinate.
     pub fn drive_gain(coordinate: &str) -> ParameterId {
         ParameterId::DriveGain(Label::of_coordinate(coordinate))
     }
 
-    /// The SI unit; `is_prismatic`: whether the joint of the parameter is prismatic.
+    /// The SI unit of the parameter. `is_prismatic`: whether its joint is prismatic.
     pub fn unit(&self, is_prismatic: bool) -> Unit {
         match self {
             ParameterId::Base(name) => match name.inertial {
@@ -79,7 +80,7 @@ impl fmt::Display for ParameterId {
     }
 }
 
-/// Reads a name from a file; fails where no parameter has that name.
+/// Reads the name of a parameter. Fails if no parameter can have this name.
 impl FromStr for ParameterId {
     type Err = String;
 
@@ -116,21 +117,21 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// A column of the base regressor: its name, and the joint that moves its link.
+/// The parameter of a column of the base regressor: its name, and the joint that moves its link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
-    /// The name of the column.
+    /// The name of the parameter.
     pub name: BaseName,
-    /// The coordinates that move the joint of its link: its own coordinate, or those that determine a passive joint.
+    /// The coordinates that move the joint of its link: the coordinate of the joint, or several that determine a passive joint.
     pub coordinates: Vec<usize>,
-    /// Whether that joint is prismatic.
+    /// Whether the joint of its link is prismatic.
     pub is_prismatic: bool,
 }
 
 impl BaseParameter {
-    /// A parameter by its name, of a link with a revolute joint of one coordinate.
+    /// Makes the parameter `name` of a link with a revolute joint, which `coordinate` moves.
     ///
-    /// Fails where no base parameter has that name.
+    /// Fails if no base parameter can have this name.
     pub fn turning(name: &str, coordinate: usize) -> Result<BaseParameter, String> {
         Ok(BaseParameter { name: name.parse()?, coordinates: vec![coordinate], is_prismatic: false })
     }
@@ -139,18 +140,18 @@ impl BaseParameter {
 /// The name of a base parameter: `ZZR1`, `XXR_elbow`, `D2MXR4`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseName {
-    /// Without gravity, the length by which a first moment is multiplied; empty otherwise.
+    /// The length by which a first moment is multiplied in a model without gravity; empty otherwise.
     pub lever: String,
-    /// The standard parameter of its column.
+    /// The standard parameter whose column remains.
     pub inertial: Inertial,
-    /// Whether other parameters regroup into it: the R after the letters.
+    /// Whether other parameters are regrouped into it: then the name has an R after the letters.
     pub absorbs: bool,
-    /// The label of its link.
+    /// The label of the link.
     pub label: Label,
 }
 
 impl BaseName {
-    /// The name of a parameter into which no other parameter regroups.
+    /// The name of a parameter into which no other parameter is regrouped.
     pub fn plain(inertial: Inertial, label: Label) -> BaseName {
         BaseName { lever: String::new(), inertial, absorbs: false, label }
     }
@@ -167,7 +168,7 @@ impl FromStr for BaseName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<BaseName, String> {
-        // Letters, R, label: from the start, or for a first moment after its lever.
+        // Letters, R, label: from the start of the name, or after the lever of a first moment.
         let at = |start: usize, inertial: Inertial| {
             let rest = name[start..].strip_prefix(inertial.letters())?;
             let found = |absorbs: bool, label: &str| {
@@ -199,13 +200,13 @@ pub enum FrictionParameter {
     Coulomb,
     /// OFF: constant torque.
     Offset,
-    /// FVP: viscous, for dq > 0.
+    /// FVP: viscous friction for dq > 0.
     ViscousForward,
-    /// FSP: Coulomb, for dq > 0.
+    /// FSP: Coulomb friction for dq > 0.
     CoulombForward,
-    /// FVN: viscous, for dq < 0.
+    /// FVN: viscous friction for dq < 0.
     ViscousBackward,
-    /// FSN: Coulomb, for dq < 0; negative.
+    /// FSN: Coulomb friction for dq < 0; the value is negative.
     CoulombBackward,
     /// FT: excess of stiction over Coulomb friction.
     Stribeck,
@@ -213,22 +214,22 @@ pub enum FrictionParameter {
     StribeckForward,
     /// FTN: excess of stiction for dq < 0.
     StribeckBackward,
-    /// FL: Coulomb friction per unit of torque.
+    /// FL: growth of Coulomb friction per unit of load torque.
     Load,
-    /// FLP: Coulomb friction per unit of torque for dq > 0.
+    /// FLP: growth of Coulomb friction per unit of load torque for dq > 0.
     LoadForward,
-    /// FLN: Coulomb friction per unit of torque for dq < 0.
+    /// FLN: growth of Coulomb friction per unit of load torque for dq < 0.
     LoadBackward,
-    /// IA: rotor inertia, for models that have none.
+    /// IA: rotor inertia, for models whose regressor does not contain it.
     Rotor,
-    /// FVA: half of the difference of viscous friction between both directions.
+    /// FVA: half of the difference of the viscous friction between both directions.
     ViscousAsymmetry,
-    /// FR: friction per root of the speed.
+    /// FR: friction proportional to the root of the speed.
     Root,
 }
 
 impl FrictionParameter {
-    /// All parameters with the letters of their names and their meaning, in the order of their declaration.
+    /// All parameters, each with its letters and its meaning, in the order of declaration.
     const ALL: [(FrictionParameter, &str, &str); 16] = {
         use FrictionParameter::*;
         [
@@ -251,33 +252,33 @@ impl FrictionParameter {
         ]
     };
 
-    /// The letters of its name.
+    /// The letters in the name of the parameter: `FV` of `FV3`.
     pub fn letters(self) -> &'static str {
         Self::ALL[self as usize].1
     }
 
-    /// Its meaning in words.
+    /// The meaning of the parameter in words.
     pub fn meaning(self) -> &'static str {
         Self::ALL[self as usize].2
     }
 
-    /// Whether it is friction other than viscous and Coulomb friction.
+    /// Whether it is a friction parameter other than viscous friction, Coulomb friction, offset and rotor inertia.
     pub fn is_other_friction(self) -> bool {
         let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
         !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
-    /// Whether it multiplies a speed, so that a negative value drives the joint instead of braking it.
+    /// Whether it is viscous friction. A negative value would drive the joint instead of braking it.
     pub fn is_viscous(self) -> bool {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
 
-    /// Whether it dissipates: a negative value would drive the joint.
+    /// Whether its torque must brake the joint: a negative value would drive it.
     pub fn brakes(self) -> bool {
         self.is_viscous() || matches!(self, Self::Coulomb | Self::CoulombForward)
     }
 
-    /// The unit at a revolute joint.
+    /// The unit for a revolute joint.
     fn unit(self) -> Unit {
         match self {
             Self::Viscous | Self::ViscousForward | Self::ViscousBackward | Self::ViscousAsymmetry => Unit::VISCOUS,
@@ -289,20 +290,20 @@ impl FrictionParameter {
     }
 }
 
-/// A column of the observation equation.
+/// The parameter of a column of the observation equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its identity.
+    /// The identity of the parameter.
     pub id: ParameterId,
-    /// Its coordinates: the coordinate of a friction parameter, or the coordinates that move the joint of a base parameter's
-    /// link.
+    /// The coordinates to which it belongs: the coordinate of a friction parameter, or the coordinates that move the joint of
+    /// the link of a base parameter.
     pub coordinates: Vec<usize>,
-    /// Whether its joint is prismatic.
+    /// Whether the joint of the parameter is prismatic.
     pub is_prismatic: bool,
 }
 
 impl Parameter {
-    /// The SI unit of its value.
+    /// The SI unit of the parameter.
     pub fn unit(&self) -> Unit {
         self.id.unit(self.is_prismatic)
     }

@@ -1,18 +1,19 @@
-//! The pseudo-inertia of a body: its ten parameters as one matrix, which is positive definite for a distribution of mass.
+//! The pseudo-inertia of a body: its ten parameters as a 4 x 4 matrix, which is positive definite for a distribution of mass.
 //!
 //! P = [[S, h], [h', m]] with the second moments S = tr(I)/2 1 - I, the first moments h and the mass m, all about the
-//! origin of the link frame. P > 0 exactly when some distribution of positive mass has these parameters
+//! origin of the link frame. P > 0 if and only if some distribution of positive mass has these parameters
 //! [Wensing, Kim, Slotine 2018]. The condition means positive mass, positive definite inertia about the centre of mass,
 //! and the triangle inequalities of the principal moments.
 //!
-//! Parameters in the order XX XY XZ YY YZ ZZ MX MY MZ M; XY is the entry of the inertia matrix.
+//! The ten parameters have the order XX XY XZ YY YZ ZZ MX MY MZ M. XY is the entry of the inertia matrix, not the integral of x
+//! y.
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// Parameters of a body: XX XY XZ YY YZ ZZ, kg m^2, MX MY MZ, kg m, M, kg.
+/// The ten parameters of a body: XX XY XZ YY YZ ZZ, kg m^2; MX MY MZ, kg m; M, kg.
 pub type Ten = [f64; 10];
 
-/// The pseudo-inertia matrix of ten parameters.
+/// The pseudo-inertia matrix P of the ten parameters of a body.
 #[inline]
 pub fn pseudo_inertia(x: &Ten) -> Matrix4<f64> {
     let half = 0.5 * (x[0] + x[3] + x[5]);
@@ -36,7 +37,7 @@ pub fn pseudo_inertia(x: &Ten) -> Matrix4<f64> {
     )
 }
 
-/// The ten parameters of a pseudo-inertia matrix.
+/// The ten parameters of the body with the pseudo-inertia matrix P.
 #[inline]
 pub fn parameters(p: &Matrix4<f64>) -> Ten {
     let trace = p[(0, 0)] + p[(1, 1)] + p[(2, 2)];
@@ -54,7 +55,7 @@ pub fn parameters(p: &Matrix4<f64>) -> Ten {
     ]
 }
 
-/// The smallest eigenvalue of P, which mixes the units kg m^2, kg m and kg.
+/// The smallest eigenvalue of P of a body. It has no single unit, because P contains kg m^2, kg m and kg.
 pub fn smallest_eigenvalue(x: &Ten) -> f64 {
     pseudo_inertia(x).symmetric_eigenvalues().min()
 }
@@ -66,13 +67,13 @@ pub struct Centroidal {
     pub mass: f64,
     /// Position of the centre of mass in the link frame, m.
     pub centre: [f64; 3],
-    /// Inertia about the centre of mass, axes of the link frame, kg m^2: xx xy xz yy yz zz.
+    /// Inertia about the centre of mass in the axes of the link frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
 }
 
-/// Converts the ten parameters to the centre of mass; `None` unless the mass is positive.
+/// Mass, centre of mass and inertia about it, from the ten parameters of a body. `None` if the mass is not positive.
 ///
-/// I_c = I - m (c'c 1 - c c')
+/// I_c = I - m (c'c 1 - c c'), with the centre of mass c and the inertia I about the origin of the frame.
 pub fn centroidal(x: &Ten) -> Option<Centroidal> {
     let mass = x[9];
     if mass <= 0.0 || !mass.is_finite() {

@@ -1,12 +1,12 @@
-//! Reference of an artefact to its robot.
+//! The entry of an artefact that identifies its robot.
 
 use serde::{Deserialize, Serialize};
 
-/// The robot of an artefact.
+/// Identifies the robot for which an artefact was made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModelReference {
-    /// Name of the robot.
+    /// Name of the robot in its description.
     pub name: String,
-    /// Fingerprint of its base regressor, which differs for a robot of the same name with another geometry.
+    /// Fingerprint of the base regressor. A robot of the same name with another geometry has another fingerprint.
     pub fingerprint: String,
 }

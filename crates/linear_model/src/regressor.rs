@@ -1,16 +1,16 @@
-//! The interface of a robot's dynamics for identification.
+//! The regressor: the interface through which identification uses the dynamics of a robot.
 
 pub use generated::Eight;
 
 use crate::parameter::BaseParameter;
 use crate::states::States;
 
-/// A coordinate of a robot: its name, and whether it is a length.
+/// A coordinate of a robot: its name, and whether it is a length or an angle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
-    /// Name in the description.
+    /// The name of the coordinate in the description.
     pub name: String,
-    /// Whether it is a length, not an angle.
+    /// Whether the coordinate is a length and not an angle.
     pub is_prismatic: bool,
 }
 
@@ -33,8 +33,8 @@ pub trait Regressor: Sync {
     /// Writes Y at one state. `y` has coordinates().len() * parameters().len() entries.
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
 
-    /// Writes Y at many states in order: `states` contains q, dq, ddq of each state. A regressor that computes several states
-    /// together overrides this.
+    /// Writes Y at many states, one after the other. `states` has q, dq and ddq of each state. A regressor that can compute
+    /// several states at once overrides this function.
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates().len();
         let size = n * self.parameters().len();
@@ -46,16 +46,16 @@ pub trait Regressor: Sync {
         }
     }
 
-    /// Row and column of each entry of Y that is not identically zero, row by row; by default all entries.
+    /// Row and column of each entry of Y that is not always zero, row by row. By default all entries.
     fn non_zeros(&self) -> Vec<(usize, usize)> {
         let p = self.parameters().len();
         (0..self.coordinates().len()).flat_map(|i| (0..p).map(move |c| (i, c))).collect()
     }
 
-    /// Writes the entries of `non_zeros` at many states, in eight SIMD lanes.
+    /// Writes the entries listed by `non_zeros` at many states, eight states in SIMD lanes.
     ///
-    /// `blocks[g * stride + e]` is entry e of states 8 g .. 8 g + 7. `states` contains q, dq, ddq of each state; the number of
-    /// states is a multiple of eight. A regressor that computes eight states together overrides this.
+    /// `blocks[g * stride + e]` is entry e of states 8 g .. 8 g + 7. `states` has q, dq and ddq of each state; the number of
+    /// states is a multiple of eight. A regressor that can compute eight states at once overrides this function.
     fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
         let (n, p, non_zeros) = (self.coordinates().len(), self.parameters().len(), self.non_zeros());
         if n == 0 {
@@ -71,7 +71,7 @@ pub trait Regressor: Sync {
     }
 }
 
-/// Sets `states.load` to the torques Y X, N m (N), with these base parameters X.
+/// Sets `states.load` to the torques Y X, N m (N). `base`: the base parameters X.
 pub fn predict_load(regressor: &dyn Regressor, states: &mut States, base: &[f64]) {
     let (n, p) = (states.n, base.len());
     let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);

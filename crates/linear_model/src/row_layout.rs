@@ -1,36 +1,36 @@
-//! Positions of the entries of a sample's rows in a block: the entries of the regressor that are not identically zero, then
+//! The positions of the entries of the rows of a sample in a block: the entries of the regressor that are not always zero, then
 //! the friction of each joint, then the couplings, then the torque of each joint. Zero entries are not stored.
 
 use crate::coupling::Coupling;
 use crate::friction::terms::{FrictionTerm, columns_before, columns_of};
 use crate::regressor::Regressor;
 
-/// The positions of all entries of one sample.
+/// The positions of all entries of one sample in a block.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
     /// Number of entries of the regressor, which come first.
     pub base: usize,
-    /// The entries of the row of each joint.
+    /// The columns of the row of each joint, with their positions.
     pub joints: Vec<JointEntries>,
-    /// By coupling, its first position in each of its rows.
+    /// For each coupling, the position of its first entry in each of its rows.
     pub couplings: Vec<Vec<usize>>,
-    /// Number of all entries.
+    /// Number of all entries of a sample.
     pub entries: usize,
 }
 
-/// The row of one joint.
+/// The columns of the row of one joint, and the positions of their entries.
 #[derive(Clone, Debug, Default)]
 pub struct JointEntries {
-    /// The columns that its torque can depend on: base parameters ascending, then friction, then couplings.
+    /// The columns on which the torque of the joint can depend: base parameters ascending, then friction, then couplings.
     pub columns: Vec<usize>,
-    /// The positions of these columns, then the position of the torque.
+    /// The position of the entry of each of these columns, then the position of the torque.
     pub places: Vec<usize>,
-    /// The first position of its friction.
+    /// The position of the first friction entry of the joint.
     pub friction: usize,
 }
 
 impl JointEntries {
-    /// The position of the torque.
+    /// The position of the measured torque of the joint.
     #[inline]
     pub fn torque_place(&self) -> usize {
         self.places.last().copied().unwrap_or_default()
@@ -38,7 +38,7 @@ impl JointEntries {
 }
 
 impl RowLayout {
-    /// The layout of rows with these friction terms and couplings.
+    /// Makes the layout of the rows of a model with these friction terms and couplings.
     pub fn new(regressor: &dyn Regressor, friction: &[FrictionTerm], couplings: &[Coupling]) -> RowLayout {
         let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
         let non_zeros = regressor.non_zeros();

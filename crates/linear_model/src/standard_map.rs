@@ -7,16 +7,16 @@ use nalgebra::DMatrix;
 pub struct StandardMap {
     /// Names of the standard parameters.
     pub standard: Vec<String>,
-    /// B of X = B phi: number of base parameters x number of standard parameters.
+    /// The matrix B of X = B phi: one row per base parameter, one column per standard parameter.
     pub matrix: DMatrix<f64>,
-    /// Name and first column of each link; a link has ten columns, in the order XX XY XZ YY YZ ZZ MX MY MZ M.
+    /// Name and first column of each link. A link has ten columns: XX XY XZ YY YZ ZZ MX MY MZ M.
     pub bodies: Vec<(String, usize)>,
-    /// Columns that cannot be negative: the rotor inertias IA.
+    /// The columns of the rotor inertias IA, which cannot be negative.
     pub rotors: Vec<usize>,
 }
 
 impl StandardMap {
-    /// A map from the entries (base, standard, coefficient) of B.
+    /// Makes a map from the non-zero entries of B: (row of the base parameter, column of the standard parameter, coefficient).
     pub fn new(
         standard: Vec<String>,
         base: usize,

@@ -1,50 +1,50 @@
-//! Samples of one record, as inputs of the regressor.
+//! The samples of one record, as inputs of the model.
 
 use crate::friction::terms::FrictionTerm;
 
-/// The columns of a friction term after the filter of the torques.
+/// The columns of a friction term, after they were filtered like the torques.
 #[derive(Clone, Debug)]
 pub struct FilteredFriction {
-    /// The term.
+    /// The friction term.
     pub term: FrictionTerm,
-    /// Columns by sample and joint, one per parameter of the term.
+    /// The entries by sample, then joint, then parameter of the term.
     pub columns: Vec<f64>,
 }
 
-/// Samples as inputs of the regressor: row r of each n-column array is one sample.
+/// Samples as inputs of the model. An array of n columns has n numbers per sample: row r is sample r.
 #[derive(Clone, Debug, Default)]
 pub struct States {
     /// Number of coordinates.
     pub n: usize,
-    /// Number of the log of the record, from 0.
+    /// Index of the log to which the record belongs, from 0.
     pub log: usize,
     /// Times, s, one per sample.
     pub t: Vec<f64>,
-    /// Positions, rad (m); sample by sample, n each, as the series below.
+    /// Positions, rad (m): n per sample, sample by sample. The arrays dq, ddq, tau and direction have the same order.
     pub q: Vec<f64>,
     /// Velocities, rad/s (m/s).
     pub dq: Vec<f64>,
     /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: Vec<f64>,
-    /// Torques, N m (N).
+    /// Measured torques, N m (N).
     pub tau: Vec<f64>,
-    /// sign(dq), or that sign after the filter.
+    /// sign(dq), or the filtered sign, between -1 and 1.
     pub direction: Vec<f64>,
-    /// Directions of coupled motors, one per coupling, sample by sample.
+    /// Direction of each coupling, sample by sample: the sign of its speed, or the filtered sign.
     pub motor_direction: Vec<f64>,
-    /// Friction columns that were filtered as a whole; columns of other terms are computed sample by sample.
+    /// The friction columns that were computed first and then filtered. The columns of other terms are computed at each sample.
     pub friction: Vec<FilteredFriction>,
-    /// Torque of the bodies predicted by an earlier fit, N m (N), n each; empty without load-dependent friction.
+    /// Torque of the bodies predicted by an earlier fit, N m (N), n per sample. Empty without load-dependent friction.
     pub load: Vec<f64>,
     /// Whether the row of joint j at sample r is used.
     pub used: Vec<bool>,
-    /// Cut-off of positions and velocities, Hz; 0: none.
+    /// Cut-off frequency of positions and velocities, Hz; 0: no filter.
     pub cutoff: f64,
-    /// Cut-off of the torques, Hz; 0: none.
+    /// Cut-off frequency of the torques, Hz; 0: no filter.
     pub effort_cutoff: f64,
     /// Time between samples, s.
     pub period: f64,
-    /// Frequency below which 95 % of the energy of a coordinate's velocity lies, Hz, one per coordinate.
+    /// For each coordinate, the frequency below which 95 % of the energy of its velocity lies, Hz.
     pub f95: Vec<f64>,
 }
 
@@ -55,19 +55,20 @@ impl States {
         self.t.len()
     }
 
-    /// The filtered columns of each of these terms; `None` for a term without filtered columns.
+    /// The filtered columns of each of these terms. `None` for a term whose columns are computed at each sample.
     pub fn filtered(&self, terms: &[FrictionTerm]) -> Vec<Option<&[f64]>> {
         let of = |term: &FrictionTerm| self.friction.iter().find(|f| f.term == *term).map(|f| f.columns.as_slice());
         terms.iter().map(of).collect()
     }
 
-    /// The load of a term of a single joint, N m (N), zero where none was predicted; `None` for other terms.
+    /// The predicted load of joint j at sample r for a term of a single joint, N m (N); zero if none was predicted. `None` for
+    /// other terms.
     #[inline]
     pub(crate) fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 
-    /// Joins records of one robot with equal preparation; single numbers come from the first record.
+    /// Joins records of one robot with equal preparation. Fields with a single value come from the first record.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {
@@ -91,7 +92,7 @@ impl States {
         all
     }
 
-    /// Size of the series, bytes.
+    /// Memory of all arrays, bytes.
     pub fn bytes(&self) -> usize {
         let of_terms = self.friction.iter().map(|term| &term.columns);
         let series =

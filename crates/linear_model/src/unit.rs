@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// An SI unit.
+/// The SI unit of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(&'static str);
 
-/// Units of joint parameters (IA, friction, gain): of a revolute joint, and of a prismatic joint.
+/// Units of joint parameters (IA, friction, gain): for a revolute joint, and for a prismatic joint.
 const UNITS_BY_JOINT_KIND: [(Unit, Unit); 6] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
@@ -20,26 +20,26 @@ const UNITS_BY_JOINT_KIND: [(Unit, Unit); 6] = [
 ];
 
 impl Unit {
-    /// kg m^2.
+    /// Unit of an inertia, kg m^2.
     pub const INERTIA: Unit = Unit("kg m^2");
-    /// kg m.
+    /// Unit of a first moment, kg m.
     pub const FIRST_MOMENT: Unit = Unit("kg m");
-    /// kg.
+    /// Unit of a mass, kg.
     pub(crate) const MASS: Unit = Unit("kg");
-    /// N m.
+    /// Unit of a torque, N m.
     pub const TORQUE: Unit = Unit("N m");
-    /// N m s/rad.
+    /// Unit of viscous friction, N m s/rad.
     pub const VISCOUS: Unit = Unit("N m s/rad");
-    /// N m/rad.
+    /// Unit of a stiffness, N m/rad.
     pub(crate) const STIFFNESS: Unit = Unit("N m/rad");
-    /// N m (s/rad)^(1/2).
+    /// Unit of friction per root of the speed, N m (s/rad)^(1/2).
     pub(crate) const ROOT_OF_SPEED: Unit = Unit("N m (s/rad)^(1/2)");
-    /// N m/A.
+    /// Unit of a drive gain, N m/A.
     pub(crate) const DRIVE_GAIN: Unit = Unit("N m/A");
-    /// A number without unit.
+    /// The unit of a pure number.
     pub const ONE: Unit = Unit("1");
 
-    /// The unit of a joint parameter: this unit for a revolute joint, and its counterpart for a prismatic one.
+    /// The unit of a joint parameter: this unit for a revolute joint, its counterpart for a prismatic joint.
     pub fn along(self, is_prismatic: bool) -> Unit {
         let sliding = UNITS_BY_JOINT_KIND.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)

@@ -1,18 +1,18 @@
-//! Reading of YAML: artefacts, and files that users write.
+//! Reads YAML: artefacts, and files that users write.
 
 use gate::suggestion::did_you_mean;
 use robot::format::read_as;
 use serde::de::DeserializeOwned;
 
-/// Reads a value from a text.
+/// Reads a value from YAML text.
 ///
-/// Fails with the line and column of an unexpected entry, with a suggestion for a misspelt word, and where anchors expand to
+/// Fails at an unexpected entry, with its line and column, and a suggestion if it is a misspelt word. Fails if anchors expand to
 /// more than the size of the text.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     read_as(text).map_err(|e| meant(&e))
 }
 
-/// The message on an unknown word with the most similar expected word added; the expected words are listed in the message.
+/// Adds the most similar expected word to the message on an unknown word. The message itself lists the expected words.
 fn meant(message: &str) -> String {
     let parts = message.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)));
     let Some((before, (word, after))) = parts.filter(|(before, _)| before.contains("unknown")) else {

@@ -1,4 +1,4 @@
-//! The expressions from which other packages derive functions.
+//! Expressions from which other packages derive functions.
 
 use expr::{Expr, Graph, Input};
 use robot::{LinkId, Robot};
@@ -15,7 +15,7 @@ pub use crate::kinematics::placement::{Placement, Twist};
 pub use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross, dot};
 
 impl<'a> Derivation<'a> {
-    /// The robot.
+    /// The robot of this derivation.
     pub fn robot(&self) -> &'a Robot {
         self.robot
     }
@@ -25,7 +25,7 @@ impl<'a> Derivation<'a> {
         &mut self.graph
     }
 
-    /// Whether every loop is closed by relations of its joints; false where a loop is closed numerically.
+    /// Whether every loop is closed by relations of its joints; false if a loop is closed numerically.
     pub fn closes_by_relations(&self) -> bool {
         self.implicit.is_none()
     }
@@ -40,22 +40,22 @@ impl<'a> Derivation<'a> {
         Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(link))
     }
 
-    /// The pose of a link's frame in the frame of its antecedent.
+    /// The pose of the frame of `link` in the frame of its antecedent.
     pub fn placement(&self, link: LinkId) -> &Placement {
         &self.links[link.0].placement
     }
 
-    /// The twist of a link's frame per unit of a coordinate's rate; `None` where the coordinate does not move the link.
+    /// The twist of the frame of `link` per unit rate of a coordinate; `None` if the coordinate does not move the link.
     pub fn twist(&self, link: LinkId, coordinate: usize) -> Option<Twist> {
         self.links[link.0].jacobian[coordinate]
     }
 
-    /// A vector given in the axes of link `from`, in the axes of a reference frame.
+    /// `v`, which is given in the axes of link `from`, in the axes of the reference frame.
     pub fn in_axes_of(&mut self, v: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::in_axes_of(&mut self.graph, self.robot, &self.links, v, from, reference)
     }
 
-    /// A point given in the frame of link `from`, in a reference frame, m.
+    /// `p`, a point in the frame of link `from`, in the reference frame, m.
     pub fn at_place_of(&mut self, p: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::at_place_of(&mut self.graph, self.robot, &self.links, p, from, reference)
     }

@@ -1,5 +1,5 @@
-//! Functions of a robot for readers of formulas: every length, angle and component of gravity a named constant, every
-//! intermediate result with the name that Khalil's books give it.
+//! Functions of a robot for readers of formulas. Every length, angle and component of gravity is a named constant; every
+//! intermediate result has the name that Khalil's books give it.
 
 use expr::Function;
 use robot::Robot;
@@ -10,18 +10,18 @@ use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 use crate::robot_module::wrapped;
 
-/// Functions with their explanations.
+/// Functions for readers of formulas, with their explanations.
 pub struct RobotFormulas {
-    /// The meaning of the names that all functions share.
+    /// Lines that explain the names that all functions share.
     pub doc: Vec<String>,
-    /// The functions in the requested order, each with the lines above it.
+    /// The functions in the requested order, each with its explaining lines.
     pub functions: Vec<(Vec<String>, Function)>,
-    /// Names of the constants of the graph, each with all names that it has in the file.
+    /// Name of each constant in the graph, with all its names in the file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// The functions of a robot. Where the rank of its base parameters is not clear-cut, they are functions of the standard
-/// parameters; then a request for the base regressor fails.
+/// The functions of a robot. If the rank of its base parameters is not clear-cut, they are functions of the standard parameters;
+/// a request for the base regressor then fails.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();

@@ -1,4 +1,4 @@
-//! The functions of a generated file: the word that requests a function, the sentence above it, and its derivation.
+//! The functions that a generated file may contain: the word that requests a function, its comment, and its derivation.
 
 use std::sync::OnceLock;
 
@@ -15,14 +15,14 @@ use crate::dynamics::reference_frame::ReferenceFrame;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotFunction(FunctionRow);
 
-/// A row of the tables.
+/// A row of one of the two tables of functions.
 #[derive(Clone, Debug, PartialEq)]
 enum FunctionRow {
     OfRobot(usize),
     OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
-/// A row of a function of a link; two rows are equal when their words are equal.
+/// A row of the table of functions of a link; two rows are equal if their words are equal.
 #[derive(Clone, Copy)]
 struct OfLink(&'static FunctionOfLink);
 
@@ -40,12 +40,12 @@ impl std::fmt::Debug for OfLink {
 
 /// Data that is derived once for all functions of a file.
 pub(crate) struct Derived<'a> {
-    /// D of the standard parameters.
+    /// The regressor D of the standard parameters.
     pub standard: &'a Function,
     pub base: &'a BaseParameters,
 }
 
-/// Word, sentence, derivation.
+/// (word that requests the function, sentence above it in the file, derivation).
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
 /// Functions of the whole robot. The first function is in every file.
@@ -119,14 +119,14 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
 /// A function of one link.
 #[derive(Clone, Copy)]
 pub struct FunctionOfLink {
-    /// The word that requests it.
+    /// The word that requests the function.
     pub word: &'static str,
-    /// The text before and behind the name of the link in the sentence.
+    /// The texts before and after the name of the link in the sentence above the function.
     pub sentence: [&'static str; 2],
-    /// Derives it in the axes of the frame itself, or of a reference where `has_reference`. Fails where the robot does not
+    /// Derives the function in the axes of the frame itself, or of a reference if `has_reference`. Fails if the robot does not
     /// have the function.
     pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
-    /// Whether it can be expressed in the axes of another frame.
+    /// Whether the function can be expressed in the axes of another frame.
     pub has_reference: bool,
 }
 
@@ -212,7 +212,7 @@ impl Derivation<'_> {
     }
 }
 
-/// The parameters of the functions: base parameters where the base regressor is requested, else parameters at any rank.
+/// The parameters for these functions: base parameters if the base regressor is requested, otherwise parameters at any rank.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -227,11 +227,11 @@ pub(crate) fn parameters_of(
 /// Why a robot does not have a function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NotThere {
-    /// The robot does not have a function of a link.
+    /// The robot does not have this function of a link, for the reason given.
     OfLink(String),
-    /// Joint reactions of a robot with loops.
+    /// Joint reactions were requested of a robot with loops.
     Loops,
-    /// Constraint equations of a robot without loops that are solved numerically.
+    /// Constraint equations were requested of a robot without loops that are solved numerically.
     NoPassive,
 }
 
@@ -253,9 +253,9 @@ impl std::fmt::Display for NotThere {
 impl std::error::Error for NotThere {}
 
 impl RobotFunction {
-    /// Checks that the robot has the function: an inverse geometric model, for example, does not exist for all robots.
+    /// Checks that the robot has this function: an inverse geometric model, for example, does not exist for all robots.
     ///
-    /// Fails with the reason where it does not.
+    /// The error is the reason why the robot does not have the function.
     pub fn check(&self, robot: &Robot) -> Result<(), NotThere> {
         match &self.0 {
             FunctionRow::OfRobot(i) => match FUNCTIONS_OF_ROBOT[*i].0 {
@@ -275,18 +275,18 @@ impl RobotFunction {
         }
     }
 
-    /// A function of the whole robot by its word, `inertia-matrix`; `None` where there is none.
+    /// The function of the whole robot that a word requests, such as `inertia-matrix`; `None` for an unknown word.
     pub fn of_robot(word: &str) -> Option<RobotFunction> {
         FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(FunctionRow::OfRobot(i)))
     }
 
-    /// A function of one link by its word, `pose`; `None` where there is none.
+    /// The function of one link that a word requests, such as `pose`; `None` for an unknown word.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
         let found = functions_of_link().find(|row| row.word == word)?;
         Some(move |frame| RobotFunction(FunctionRow::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
-    /// The function expressed in a reference frame; `None` where it is not a function of a link or has no axes.
+    /// The function expressed in a reference frame; `None` if it is not a function of a link or is independent of axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
             FunctionRow::OfLink(found, of) if found.0.has_reference => {
@@ -296,17 +296,17 @@ impl RobotFunction {
         }
     }
 
-    /// All words, each with whether it requests a function of a link.
+    /// (word, whether it requests a function of a link) of all functions.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
         FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }
 
-    /// Whether it is the base regressor, which every file contains.
+    /// Whether this is the base regressor, which every file contains.
     pub(crate) fn is_base_regressor(&self) -> bool {
         self.0 == FunctionRow::OfRobot(0)
     }
 
-    /// The sentence above it, and the function.
+    /// The sentence above the function in the file, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             FunctionRow::OfRobot(i) => {

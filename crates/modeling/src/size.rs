@@ -1,17 +1,17 @@
-//! Estimate of the time and memory of a derivation, before it starts.
+//! Estimates the time and memory of a derivation before it starts.
 //!
-//! With n coordinates, p standard parameters, E non-zero entries of the regressor (a link has its parameters
-//! in the row of each coordinate that moves it), S = 3 p/n + 8 states for the numeric rank, m_b passive
-//! coordinates that are solved together, and L loops, the work is
+//! Let n be the number of coordinates, p of standard parameters, E of non-zero entries of the regressor (a link has its
+//! parameters in the row of each coordinate that moves it), S = 3 p/n + 8 of states for the numeric rank, m_b of passive
+//! coordinates that are solved together in block b, and L of loops. Then the work is
 //!
 //! ```text
 //! time    17 us E + 0.4 ns p^3 + S T sum_b (1 us m_b + 1 ns m_b^3) + 0.5 ms L^3
 //! memory  1300 B E + 16 B S n p + 8 B (p^2 + 14 n p)
 //! ```
-//! T steps to each state; the last term of the time is the exact rank and the closed forms. The factors were measured with
-//! `rist inspect` on chains and trees of 30 to 200 links, on four-bars in series and on a Gough-Stewart platform, on one
-//! core of a server of 2024. From half a second on all estimates were right within a factor of 1.7. The closed forms of
-//! coupled fingers are not included: a humanoid with hands took 1.2 s, ten times the estimate.
+//! T is the number of evaluations of the loops for each state; the last term of the time is the exact rank and the closed forms.
+//! The factors were measured with `rist inspect` on chains and trees of 30 to 200 links, on four-bars in series and on a
+//! Gough-Stewart platform, on one core of a server of 2024. Estimates above half a second were right within a factor of 1.7. The
+//! closed forms of coupled fingers are not included: a humanoid with hands took 1.2 s, ten times the estimate.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -30,12 +30,12 @@ pub struct Size {
     parameters: usize,
 }
 
-/// T: evaluations of the closure for one state, steps of the path times evaluations of a step.
+/// T: number of evaluations of the closure for one state, i.e. steps of the path times evaluations per step.
 const EVALUATIONS_PER_STATE: f64 = 150.0;
-/// Estimated time above which the user is asked first, s: so that no derivation above 10 s starts unasked, with the factor
-/// 1.7 of the estimate's error.
+/// The user is asked before a derivation with an estimated time above this value, s. The estimate may be wrong by a factor of
+/// 1.7, so no derivation above 10 s starts unasked.
 const SURPRISING_TIME_S: f64 = 10.0 / 1.7;
-/// Memory of a small machine, B.
+/// Memory of a small machine, B; the user is asked before a derivation that needs more.
 const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 
 impl Size {
@@ -58,7 +58,7 @@ impl Size {
         }
     }
 
-    /// Whether the time or the memory is so large that the user should be asked first.
+    /// Whether the time or the memory is so large that the user should be asked before the derivation.
     pub fn is_large(&self) -> bool {
         self.seconds > SURPRISING_TIME_S || self.bytes > SMALL_MACHINE_BYTES
     }
@@ -77,7 +77,7 @@ impl fmt::Display for Size {
     }
 }
 
-/// For each link the coordinates that move it: all coordinates where a passive one moves it, since it may follow any of them.
+/// The coordinates that move each link. A passive coordinate may follow any coordinate, so it counts as all of them.
 fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     let n = robot.n_coordinates();
     let mut moved: Vec<BTreeSet<usize>> = Vec::with_capacity(robot.links.len());
@@ -91,7 +91,7 @@ fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     moved
 }
 
-/// The number of passive coordinates of each group of loops that share passive coordinates.
+/// The number of passive coordinates of each group of loops; loops that share passive coordinates are in one group.
 fn together(robot: &Robot) -> Vec<usize> {
     let n = robot.n_coordinates();
     let mut groups: Vec<BTreeSet<usize>> = Vec::new();
@@ -153,7 +153,7 @@ mod tests {
             "  - {cut: {antecedent: b2, joint: revolute, d: 0.55, start: 0.1}, twin: {antecedent: c2, d: 0.4}}\n",
         );
         let robot = robot::format::read_yaml(&text, "two.yaml").unwrap();
-        // Two in each loop, since the angle of its cut follows from the orientation of the loop.
+        // Each loop has two passive coordinates: the angle of its cut follows from the orientation of the loop.
         assert_eq!(together(&robot), [2, 2]);
     }
 }

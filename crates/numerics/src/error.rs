@@ -2,19 +2,19 @@
 
 use std::fmt;
 
-/// A computation without a result, and the reason. It knows no file: the caller adds the subject of the computation.
+/// The error of a computation that has no result. It does not name a file or a quantity; the caller adds them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
     message: &'static str,
 }
 
 impl Error {
-    /// An error with this reason.
+    /// Makes an error from its message.
     pub(crate) const fn new(message: &'static str) -> Error {
         Error { message }
     }
 
-    /// The finding and the expectation.
+    /// The message: the reason why there is no result.
     pub fn message(&self) -> &'static str {
         self.message
     }

@@ -1,6 +1,6 @@
 //! The discrete Fourier transform of real signals, by `realfft`.
 //!
-//! X_k = sum_i x_i exp(-2 pi j k i / N) for k = 0 .. N/2; the inverse gives N x_i.
+//! X_k = sum_i x_i exp(-2 pi j k i / N) for k = 0 .. N/2, of a signal x of N samples. The inverse transform gives N x_i.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,17 +10,17 @@ use realfft::RealFftPlanner;
 pub use realfft::num_complex::Complex;
 pub use realfft::{ComplexToReal, RealToComplex};
 
-/// The transform of signals of `n` samples.
+/// Makes the transform of real signals of `n` samples to their n/2 + 1 bins.
 pub fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
     RealFftPlanner::new().plan_fft_forward(n)
 }
 
-/// The inverse transform from the spectrum of a signal of `n` samples to `n` times the signal.
+/// Makes the inverse transform: from the spectrum of a signal of `n` samples to `n` times the signal.
 pub fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(n)
 }
 
-/// Transforms by the lengths of their signals; each is planned once, since a plan takes as long as a transform.
+/// Transforms for signals of several lengths. Each is planned once and kept, because a plan takes as long as a transform.
 #[derive(Clone, Default)]
 pub struct Plans(BTreeMap<usize, Arc<dyn RealToComplex<f64>>>);
 
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn a_spectrum_is_the_sum_over_the_samples_and_leads_back() {
-        // An even length, an odd one, and a prime without a butterfly.
+        // An even length, an odd length, and a prime length without a butterfly.
         for n in [12, 15, 37] {
             let x: Vec<f64> = (0..n).map(|i| ((i * i) % 7) as f64 - 2.5).collect();
             let transform = forward(n);
@@ -53,7 +53,7 @@ mod tests {
             for (k, found) in spectrum.iter().enumerate() {
                 let turn = |i: usize| Complex::cis(-std::f64::consts::TAU * (k * i % n) as f64 / n as f64);
                 let sum: Complex<f64> = x.iter().enumerate().map(|(i, x)| turn(i) * x).sum();
-                // Rounding of n terms of size 3.
+                // The bound is the rounding of a sum of n terms of size 3.
                 assert!((found - sum).norm() < 1e-13 * n as f64, "{n} {k}: {found} {sum}");
             }
             let mut back = vec![0.0; n];

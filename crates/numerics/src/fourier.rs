@@ -2,43 +2,45 @@
 //!
 //! Sp(M, v, f) = |M(f)| cos(arg M(f) - arg v(f)) / |v(f)| = Re(M(f) conj v(f)) / |v(f)|^2
 //!
-//! is signed, linear in M, 1 for M = v, and does not change when both are shifted in time. The record holds a whole number of
-//! periods, so f_P is a bin and there is no leakage and no window.
+//! M(f), v(f): the DFT of a signal M and of a projector v at the frequency f. Sp has a sign, is linear in M, equals 1 for M = v,
+//! and does not change if both signals are shifted in time. The record holds a whole number of periods, so the fundamental
+//! frequency is a bin: there is no leakage, and no window is needed.
 //!
-//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum is the same on
-//! every machine. Whole spectra are computed by [`crate::fft`].
+//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly, because few are needed and the sum is the
+//! same on every machine. Whole spectra are computed by [`crate::fft`].
 
 pub use crate::fft::Complex;
 
-/// sum_i x_i exp(-2 pi j k i / N).
+/// Bin k of the DFT of x, which has N samples: sum_i x_i exp(-2 pi j k i / N).
 pub fn bin(x: &[f64], k: usize) -> Complex<f64> {
     Bins::new(x.len()).of(x, k)
 }
 
-/// Bins of signals of one length, with a common table of sines.
+/// Computes bins of the DFT of signals that all have one length, with one table of sines for all of them.
 #[derive(Clone, Debug)]
 pub struct Bins {
-    /// exp(-2 pi j i / N).
+    /// exp(-2 pi j i / N) for i = 0 .. N - 1.
     turns: Vec<Complex<f64>>,
 }
 
 impl Bins {
-    /// For signals of `n` samples.
+    /// Makes the table for signals of `n` samples.
     pub fn new(n: usize) -> Bins {
         let angle = |i: usize| -std::f64::consts::TAU * i as f64 / n as f64;
         Bins { turns: (0..n).map(|i| Complex::cis(angle(i))).collect() }
     }
 
-    /// Bin k of x. Samples beyond the length of the table are not read.
+    /// Bin k of the DFT of x. Samples of x beyond the length of the table are not read.
     #[inline]
     pub fn of(&self, x: &[f64], k: usize) -> Complex<f64> {
         let [sum] = self.projections_in_lanes([x], k);
         sum
     }
 
-    /// Bin k of each of the signals, which all have the same length.
+    /// Bin k of the DFT of each signal. All signals have the same length.
     ///
-    /// Four sums in SIMD lanes take hardly longer than one, because each addition waits for the one before.
+    /// Four signals are summed in SIMD lanes in hardly more time than one, because in a single sum each addition waits for the
+    /// previous one.
     pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
         let (fours, rest) = signals.as_chunks();
         let mut bins: Vec<_> =
@@ -70,8 +72,8 @@ impl Bins {
         sums
     }
 
-    /// The signal sum_k c_k exp(2 pi j k i / N) with its two derivatives for a sample time `h`, from
-    /// the Fourier coefficients c_0 ..= c_H of a real signal.
+    /// Computes a real signal and its first two derivatives from its Fourier coefficients c_0 ..= c_H: x_i = sum_k c_k exp(2 pi
+    /// j k i / N), where negative k have the conjugate coefficients. `h`: sample time, s.
     fn synthesis(&self, coefficients: &[Complex<f64>], h: f64) -> [Vec<f64>; 3] {
         let n = self.turns.len();
         let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
@@ -94,20 +96,20 @@ impl Bins {
     }
 }
 
-/// Sp of a signal with DFT `m` on a projector with DFT `v`, at one bin.
+/// Sp of a signal on a projector at one frequency bin. `m`, `v`: the DFT of the signal and of the projector at this bin.
 #[inline]
 pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
 }
 
-/// Mean over whole periods of `period` samples; the samples of an incomplete period are dropped.
+/// The mean period of x, `period` samples: the mean over all whole periods. Samples of an incomplete period are not used.
 pub fn fold(x: &[f64], period: usize) -> Vec<f64> {
     let periods = x.len().checked_div(period).unwrap_or(0).max(1);
     (0..period).map(|i| x.iter().skip(i).step_by(period).take(periods).sum::<f64>() / periods as f64).collect()
 }
 
-/// Standard deviation of one sample of x about its mean period: the measured noise of a steady periodic motion. NaN for less than
-/// two periods.
+/// Standard deviation of the samples of x about the mean period of x. It is the measured noise of a steady periodic motion. NaN
+/// for less than two periods.
 pub fn scatter(x: &[f64], period: usize) -> f64 {
     let mean = fold(x, period);
     let periods = x.len().checked_div(period).unwrap_or(0);
@@ -115,12 +117,12 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
     (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
 }
 
-/// Standard deviation of one sample of x about its mean period, from the harmonics 1 to `highest` of the period only: for white
-/// noise it equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods, and without a
-/// harmonic.
+/// Standard deviation of the samples of x about the mean period of x, from the harmonics 1 to `highest` only. For white noise it
+/// equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods and for `highest` = 0.
 ///
 /// ```text
-/// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2       T samples a period, R periods, H harmonics
+/// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2
+/// T samples a period, R periods, H harmonics; c_rh: harmonic h of period r, its DFT divided by T
 /// ```
 pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
     let mean = fold(x, period);
@@ -132,7 +134,7 @@ pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
     for one in x.chunks_exact(period.max(1)).take(periods) {
         rest.iter_mut().zip(one.iter().zip(&mean)).for_each(|(rest, (x, mean))| *rest = x - mean);
         if transform.process(&mut rest, &mut spectrum).is_err() {
-            // Both buffers come from the transform.
+            // Cannot fail: both buffers have the lengths that the transform asks for.
             return f64::NAN;
         }
         squares += spectrum.iter().skip(1).take(highest).map(Complex::norm_sqr).sum::<f64>();
@@ -140,9 +142,10 @@ pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
     (squares / (period as f64 * highest as f64 * (periods as f64 - 1.0))).sqrt()
 }
 
-/// Central differences of a periodic signal, with wrap-around: (dx, ddx).
+/// First and second derivative of a periodic signal by central differences: (dx, ddx). `h`: sample time, s.
 ///
-/// Differences that stop at the edges of the window would add an error of order noise/h^2 to every bin.
+/// The first sample follows the last one. Differences that stop at the ends of the signal would add an error of order noise/h^2
+/// to every bin.
 pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);
@@ -151,7 +154,7 @@ pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     ((0..n).map(|i| first(at(i))).collect(), (0..n).map(|i| second(at(i))).collect())
 }
 
-/// One period x, truncated at harmonic `highest` and differentiated in the frequency domain: [x, dx, ddx].
+/// Smooths one period x by keeping its harmonics up to `highest`, and differentiates it: [x, dx, ddx]. `h`: sample time, s.
 pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] {
     let bins = Bins::new(x.len());
     let highest = highest.min(x.len().saturating_sub(1) / 2);
@@ -159,12 +162,12 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
     bins.synthesis(&coefficients, h)
 }
 
-/// sum_i x_i x_(i-l) for l = 0 ..= `lags`, by the Wiener-Khinchin theorem.
+/// The autocorrelation sums sum_i x_i x_(i-l) for the lags l = 0 ..= `lags`, by the Wiener-Khinchin theorem.
 ///
-/// Each block of x gives a cross spectrum with the block and the `lags` samples before it. The sum of the cross spectra is
-/// transformed back once. A block stays in the cache.
+/// For each block of x, the cross spectrum with the block and the `lags` samples before it is computed. The sum of the cross
+/// spectra is transformed back once. Blocks are used because a block stays in the cache.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // The `lags` samples before a block keep its end from wrapping around to its start.
+    // The `lags` samples before a block prevent wrap-around: its end is not multiplied with its start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
@@ -178,13 +181,13 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
             input[lags - before.len()..lags].copy_from_slice(before);
             input[lags..lags + own.len()].copy_from_slice(own);
             if forward.process_with_scratch(&mut input, spectrum, &mut scratch).is_err() {
-                // All buffers come from the transforms.
+                // Cannot fail: all buffers have the lengths that the transforms ask for.
                 return vec![];
             }
         }
         sum.iter_mut().zip(block.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The spectrum is real at both ends. Rounding leaves imaginary parts, which the inverse transform rejects.
+    // The first and the last bin are real. Rounding leaves imaginary parts there, which the inverse transform rejects.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }
@@ -194,10 +197,10 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     }
 }
 
-/// Samples of one transform for sums over lags, where the lags are few.
+/// Length of a transform in [`self_products`], if there are few lags.
 const SAMPLES_PER_CORRELATION: usize = 1 << 12;
 
-/// |x(f)| / N at all bins up to half the sample rate.
+/// |X_k| / N for all bins k of the DFT of x (N samples), from frequency 0 to half the sample rate.
 pub fn amplitudes(x: &[f64]) -> Vec<f64> {
     if x.is_empty() {
         return vec![];
@@ -206,7 +209,7 @@ pub fn amplitudes(x: &[f64]) -> Vec<f64> {
     let (mut input, mut output) = (x.to_vec(), transform.make_output_vec());
     match transform.process(&mut input, &mut output) {
         Ok(()) => output.iter().map(|c| c.norm() / x.len() as f64).collect(),
-        // Both buffers come from the transform, so their lengths fit.
+        // Cannot fail: the transform has the length of x, and the output buffer is its own.
         Err(_) => vec![],
     }
 }
@@ -229,7 +232,7 @@ mod tests {
             let (a, b) = (random.normal(), random.normal());
             let sum: Vec<f64> = m1.iter().zip(&m2).map(|(x, y)| a * x + b * y).collect();
             let of = |m: &[f64]| sp(bin(m, k), bin(&v, k));
-            // Rounding of sums of some 400 terms, each bin of the order of sqrt(n).
+            // The bounds are the rounding of sums of some 400 terms. Each bin is of the order of sqrt(n).
             assert!((of(&sum) - a * of(&m1) - b * of(&m2)).abs() < 1e-12);
             assert!((of(&v) - 1.0).abs() < 1e-12);
             let turn = |x: &[f64]| [&x[n / 3..], &x[..n / 3]].concat();
@@ -251,12 +254,12 @@ mod tests {
 
     #[test]
     fn self_products_are_the_sums_of_their_definition() {
-        // One block, and several.
+        // Lengths of one block and of several blocks.
         for len in [300, 3 * SAMPLES_PER_CORRELATION] {
             let x = noise(&mut Random::new(6), len);
             for (lag, found) in self_products(&x, 40).iter().enumerate() {
                 let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();
-                // Rounding of sums of x.len() terms of order one.
+                // The bound is the rounding of a sum of x.len() terms of order one.
                 assert!((found - expected).abs() < 4e-14 * len as f64, "{lag}");
             }
         }
@@ -275,7 +278,7 @@ mod tests {
             assert!((ddq[i] + 9.0 * w * w * (3.0 * w * t).sin()).abs() < 1e-9);
         }
         let (d, dd) = circular_differences(&x, h);
-        // Second order in w h = 0.047: relative errors w^2 h^2 / 6 and / 12.
+        // The relative errors are w^2 h^2 / 6 and w^2 h^2 / 12 with w h = 0.047.
         assert!((0..n).all(|i| (d[i] - dq[i]).abs() < 0.02 && (dd[i] - ddq[i]).abs() < 0.5));
     }
 
@@ -291,8 +294,8 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
-        // 49 harmonics of eight periods are 686 degrees of freedom: five standard errors are 13 %. A wave between the harmonics
-        // far above them, five times as large as the noise, counts in `scatter` and hardly in `scatter_of_harmonics`.
+        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude
+        // 1 lies above the 49 harmonics. It counts in `scatter`, and hardly in `scatter_of_harmonics`.
         assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
         let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
         let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();

@@ -1,11 +1,11 @@
 //! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
 //!
-//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored row by row. This is the inner loop of
-//! planning, where a candidate costs a few thousand operations.
+//! The matrices are small (p from ten to a hundred), dense and symmetric, stored row by row. This code is the inner loop of the
+//! planning of experiments, where one candidate costs a few thousand operations.
 
 use processor::{Work, widely};
 
-/// Weighted rows of W: m x p, row by row.
+/// Weighted rows of the observation matrix W: m rows of p entries, stored row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightedRows {
     width: usize,
@@ -13,17 +13,17 @@ pub struct WeightedRows {
 }
 
 impl WeightedRows {
-    /// No rows of `width` columns.
+    /// Makes an empty set of rows with `width` columns.
     pub fn new(width: usize) -> WeightedRows {
         WeightedRows { width, entries: vec![] }
     }
 
-    /// The rows of these entries, row by row.
+    /// Makes the rows from `entries`, which are stored row by row, `width` entries per row.
     pub fn of(width: usize, entries: Vec<f64>) -> WeightedRows {
         WeightedRows { width, entries }
     }
 
-    /// Appends one row, cut or filled with zeros to the width.
+    /// Appends one row. A longer row is cut to the width, a shorter one is filled with zeros.
     #[inline]
     pub fn push(&mut self, row: &[f64]) {
         let missing = self.width.saturating_sub(row.len());
@@ -55,44 +55,44 @@ impl WeightedRows {
         self.entries.chunks_exact(self.width.max(1))
     }
 
-    /// Multiplies each column by its factor.
+    /// A copy in which each column is multiplied by its factor.
     pub fn scaled(&self, factors: &[f64]) -> WeightedRows {
         let entries = self.iter().flat_map(|row| row.iter().zip(factors).map(|(x, f)| x * f)).collect();
         WeightedRows { width: self.width, entries }
     }
 
-    /// Sum of squares: the trace of the block's information.
+    /// Sum of the squares of all entries, which is the trace of W'W.
     pub fn trace(&self) -> f64 {
         self.entries.iter().map(|x| x * x).sum()
     }
 }
 
-/// F, p x p.
+/// The information matrix F = sum W_i' W_i, p x p. Only its lower triangle is used.
 #[derive(Clone, Debug)]
 pub struct InformationMatrix {
     p: usize,
     entries: Vec<f64>,
 }
 
-/// The factor F = L L', by its determinant and L^-1.
+/// The Cholesky factor L of F = L L', stored as log det F and L^-1.
 #[derive(Clone, Debug)]
 pub struct InformationFactor {
     p: usize,
-    /// log det F.
+    /// The logarithm of the determinant of F.
     pub log_det: f64,
-    /// Lower triangle, row by row with its zeros.
+    /// L^-1, p x p row by row, with its zeros above the diagonal.
     inverse: Vec<f64>,
 }
 
 impl InformationMatrix {
-    /// `scale` times the identity.
+    /// Makes F = `scale` times the p x p identity.
     pub fn diagonal(p: usize, scale: f64) -> InformationMatrix {
         let mut f = InformationMatrix { p, entries: vec![0.0; p * p] };
         (0..p).for_each(|i| f.entries[i * p + i] = scale);
         f
     }
 
-    /// The sum over blocks, each with its weight, plus `ridge` times the identity.
+    /// Makes F = sum weight W'W over blocks of rows W with their weights, plus `ridge` times the identity.
     pub fn sum<'a>(
         p: usize,
         ridge: f64,
@@ -103,12 +103,12 @@ impl InformationMatrix {
         f
     }
 
-    /// F + weight W'W.
+    /// Adds weight W'W of the rows W to F.
     pub fn add(&mut self, rows: &WeightedRows, weight: f64) {
         add_products(&mut self.entries, self.p, &rows.entries, |_| weight);
     }
 
-    /// Sum of the diagonal of F.
+    /// Trace of F: the sum of its diagonal.
     pub fn trace(&self) -> f64 {
         (0..self.p).map(|i| self.entries[i * self.p + i]).sum()
     }
@@ -119,7 +119,7 @@ impl InformationMatrix {
         if i >= j { self.entries[i * self.p + j] } else { self.entries[j * self.p + i] }
     }
 
-    /// The Cholesky factor; `None` when F is not positive definite.
+    /// The Cholesky factor of F. `None` if F is not positive definite.
     pub fn factor(&self) -> Option<InformationFactor> {
         let p = self.p;
         let mut l = self.entries.clone();
@@ -151,9 +151,10 @@ impl InformationMatrix {
     }
 }
 
-/// log det F and F^-1 (p x p, row by row) of a symmetric F, from its lower triangle; `None` where F is not positive definite.
+/// log det F and F^-1 (p x p, row by row) of a symmetric F, of which only the lower triangle is read. `None` if F is not
+/// positive definite.
 ///
-/// Every inner loop runs along rows, for the cache with a hundred columns and more.
+/// Every inner loop runs along rows, which is faster in the cache when p is about a hundred or larger.
 pub fn log_det_and_inverse(lower: &[f64], p: usize) -> Option<(f64, Vec<f64>)> {
     widely(Inversion { lower, p })
 }
@@ -169,7 +170,7 @@ impl Work for Inversion<'_> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Inversion { lower, p } = self;
-        // F = U'U, row by row from the top.
+        // Factorisation F = U'U, row by row from the top.
         let mut u = vec![0.0; p * p];
         (0..p).for_each(|i| (i..p).for_each(|j| u[i * p + j] = lower[j * p + i]));
         let mut log_det = 0.0;
@@ -207,7 +208,7 @@ impl Work for Inversion<'_> {
     }
 }
 
-/// x - factor y. With indices, since an iterator's functions may be compiled in another unit, without the wide registers.
+/// x -= factor y. It uses indices, because the functions of an iterator may be compiled in another unit, without wide registers.
 #[inline(always)]
 fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     let y = &y[..x.len()];
@@ -216,10 +217,10 @@ fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     }
 }
 
-/// Rows that are added in one pass.
+/// Number of rows that [`add_products`] adds in one pass.
 const ROWS_PER_PASS: usize = 4;
 
-/// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix; every entry is summed in the order of the
+/// Adds weight(r) row_r row_r' of each row r to the lower triangle of a p x p matrix. Every entry is summed in the order of the
 /// rows.
 #[inline(always)]
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
@@ -252,7 +253,7 @@ pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(u
 }
 
 impl InformationFactor {
-    /// L^-1 x.
+    /// Writes L^-1 x into `out`, both of p entries. The squared norm of the result is x' F^-1 x.
     #[inline]
     pub fn whiten(&self, x: &[f64], out: &mut [f64]) {
         let p = self.p;
@@ -261,7 +262,7 @@ impl InformationFactor {
         }
     }
 
-    /// F^-1, p x p, row by row.
+    /// The matrix F^-1, p x p, row by row.
     pub fn inverse(&self) -> Vec<f64> {
         let p = self.p;
         let mut f = vec![0.0; p * p];
@@ -275,7 +276,7 @@ impl InformationFactor {
         f
     }
 
-    /// L^-1 L^-T, p x p, row by row.
+    /// The matrix L^-1 L^-T, p x p, row by row.
     pub fn inverse_gram(&self) -> Vec<f64> {
         let p = self.p;
         let row = |i: usize| &self.inverse[i * p..i * p + p];
@@ -283,12 +284,12 @@ impl InformationFactor {
         (0..p * p).map(|at| dot(at / p, at % p)).collect()
     }
 
-    /// tr F^-1: the sum of the squares of L^-1.
+    /// tr F^-1, computed as the sum of the squares of the entries of L^-1.
     pub fn trace_of_inverse(&self) -> f64 {
         self.inverse.iter().map(|x| x * x).sum()
     }
 
-    /// tr(W F^-1 W') of a block: its variance before it is added.
+    /// tr(W F^-1 W') of rows W: their predicted variance from F without these rows. `out`: p entries of work space.
     #[inline]
     pub fn variance(&self, rows: &WeightedRows, out: &mut [f64]) -> f64 {
         rows.iter()
@@ -330,7 +331,7 @@ mod tests {
         assert!((trace - factor.trace_of_inverse()).abs() < 1e-10 * trace);
         let doubled = InformationMatrix::sum(6, 0.0, [(&rows, 4.0)]).factor().unwrap();
         assert!((doubled.log_det - factor.log_det - 6.0 * 2.0_f64.ln()).abs() < 1e-10);
-        // tr(W F^-1 W') with F = 2 W'W is p/2.
+        // With F = 2 W'W, tr(W F^-1 W') is p/2.
         assert!((factor.variance(&rows, &mut [0.0; 6]) - 3.0).abs() < 1e-10);
         let lost = rows.scaled(&[1.0, 1.0, 0.0, 1.0, 1.0, 1.0]);
         assert!(InformationMatrix::sum(6, 0.0, [(&lost, 1.0)]).factor().is_none());

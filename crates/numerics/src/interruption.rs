@@ -1,8 +1,8 @@
 //! A flag that ends long work early. The waiting side raises it, and the work checks it between its steps.
 //!
-//! No signature has an argument for the flag. [`Interruption::during`] sets it for the thread, and work that starts its own
-//! threads passes it on by [`Interruption::here`]. Without a flag, work sees one that is never raised. No number depends on the
-//! flag.
+//! Functions do not take the flag as an argument. [`Interruption::during`] sets the flag of the current thread, and work that
+//! starts its own threads passes it on with [`Interruption::here`]. Without a flag, work reads one that is never raised. No
+//! result of complete work depends on the flag.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// A flag, shared by all clones.
+/// A flag that asks work to end early. All clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
@@ -26,7 +26,7 @@ impl Interruption {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Asks the work to end after a time, if it has not ended by then.
+    /// Asks the work to end after `delay`, if it has not ended by then.
     pub fn raise_within(&self, delay: Duration) {
         let flag = self.clone();
         std::thread::spawn(move || {
@@ -41,17 +41,17 @@ impl Interruption {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// The flag for code that raises it from outside, such as a signal handler.
+    /// The flag as an atomic, for code that raises it from outside, such as a signal handler.
     pub fn flag(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.0)
     }
 
-    /// Whether the work is asked to end; lowers the flag. For a step that returns the result so far.
+    /// Whether the work in this thread is asked to end. Lowers the flag, for a step that returns its result so far.
     pub fn take() -> bool {
         FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }
 
-    /// Runs work that this flag ends.
+    /// Runs `work` in this thread and returns its result. This flag can end it early.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
         let before = FLAG_OF_THIS_THREAD.replace(self.clone());
         let outcome = work();
@@ -64,7 +64,7 @@ impl Interruption {
         FLAG_OF_THIS_THREAD.with_borrow(Clone::clone)
     }
 
-    /// Fails where the work is asked to end.
+    /// Fails if the work in this thread is asked to end.
     pub fn check() -> Result<(), Error> {
         match FLAG_OF_THIS_THREAD.with_borrow(Interruption::is_raised) {
             true => Err(Error::new("interrupted before there was a result")),

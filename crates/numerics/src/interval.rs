@@ -1,100 +1,101 @@
-//! Intervals that contain a number, with proven bounds of computations with them.
+//! Interval arithmetic: intervals that contain a number, with proven bounds of results.
 //!
-//! Each operation returns an interval that contains the result for every choice within its operands [Moore, Kearfott, Cloud
-//! 2009]. Bounds are moved outward by one step of f64 after each rounding, since + - * / and sqrt are rounded to nearest; sine
-//! and cosine of `libm` are assumed to be within two steps of 1.
+//! Each operation returns an interval that contains the result for all numbers of its operands [Moore, Kearfott, Cloud 2009].
+//! After each operation the bounds are moved outward by one step of f64, because + - * / and sqrt round to nearest. Sine and
+//! cosine of `libm` are assumed to be within two steps of f64 at 1.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// All numbers from `low` to `high`.
+/// An interval: all numbers from `low` to `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its smallest number.
+    /// The smallest number of the interval.
     pub low: f64,
-    /// Its largest number.
+    /// The largest number of the interval.
     pub high: f64,
 }
 
-/// Error bound of a sine, twice the distance of neighbours at 1.
+/// Assumed error bound of sine and cosine of `libm`: twice the distance of neighbouring f64 at 1.
 const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
-/// Distance from a peak of the sine, in turns, below which the peak counts as reached. It is far above the rounding of
-/// the quotient.
+/// If an interval comes closer than this to a peak of the sine, in turns, it counts as containing the peak. It is far above the
+/// rounding of angle / 2 pi.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
-/// Largest angle of the sine's range, rad: beyond it the rounding of the quotient is near [`PEAK_DISTANCE_TURNS`].
+/// For larger angles, rad, the enclosure of a sine is [-1, 1], because the rounding of angle / 2 pi comes near
+/// [`PEAK_DISTANCE_TURNS`].
 const MAX_ANGLE_RAD: f64 = 1e6;
 
 impl Interval {
-    /// The interval of zero only.
+    /// The interval that contains only zero.
     pub const ZERO: Interval = Interval::point(0.0);
 
-    /// The interval of x only.
+    /// The interval that contains only x.
     #[inline]
     pub const fn point(x: f64) -> Interval {
         Interval { low: x, high: x }
     }
 
-    /// From `low` to `high`.
+    /// The interval from `low` to `high`.
     #[inline]
     pub const fn new(low: f64, high: f64) -> Interval {
         Interval { low, high }
     }
 
-    /// From -x to x.
+    /// The interval from -x to x, for x >= 0.
     #[inline]
     pub const fn around_zero(x: f64) -> Interval {
         Interval { low: -x, high: x }
     }
 
-    /// All numbers: nothing is known.
+    /// The interval of all numbers, for a number of which nothing is known.
     pub const ALL: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
-    /// pi, between two neighbouring f64.
+    /// An interval that contains pi: from the f64 below to the f64 above the constant.
     pub fn pi() -> Interval {
         Interval { low: PI.next_down(), high: PI.next_up() }
     }
 
-    /// A number near the middle, inside the interval.
+    /// A number inside the interval near its middle.
     #[inline]
     pub fn middle(self) -> f64 {
         (self.low + 0.5 * (self.high - self.low)).clamp(self.low, self.high)
     }
 
-    /// The largest number minus the smallest.
+    /// The width `high` - `low`.
     #[inline]
     pub fn width(self) -> f64 {
         self.high - self.low
     }
 
-    /// The largest absolute value.
+    /// The largest absolute value of its numbers.
     #[inline]
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
-    /// The smallest interval that contains both.
+    /// The smallest interval that contains both intervals.
     #[inline]
     pub fn hull(self, other: Interval) -> Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The intersection; `self` where the two are disjoint. Two enclosures of one quantity are never disjoint, since rounding is
-    /// outward.
+    /// The intersection of both intervals; `self` if they are disjoint. Two enclosures of one quantity are never disjoint,
+    /// because they are rounded outward.
     #[inline]
     pub fn meet(self, other: Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high { Interval { low, high } } else { self }
     }
 
-    /// x^2.
+    /// The interval of the squares of its numbers.
     #[inline]
     pub fn square(self) -> Interval {
         let product = self * self;
         Interval { low: product.low.max(0.0), high: product.high }
     }
 
-    /// x / y; all numbers where the divisor contains zero.
+    /// The interval of all quotients `self` / `divisor`; all numbers if the divisor contains zero.
     #[inline]
     pub fn over(self, divisor: Interval) -> Interval {
         if divisor.low <= 0.0 && divisor.high >= 0.0 {
@@ -105,7 +106,7 @@ impl Interval {
         outward(quotients)
     }
 
-    /// Square root of a non-negative interval; all numbers where it contains a negative number.
+    /// The interval of the square roots; all numbers if the interval contains a negative number.
     #[inline]
     pub fn sqrt(self) -> Interval {
         if self.low < 0.0 {
@@ -114,20 +115,21 @@ impl Interval {
         Interval { low: self.low.sqrt().next_down().max(0.0), high: self.high.sqrt().next_up() }
     }
 
-    /// All sines of its numbers.
+    /// An interval that contains the sines of its numbers, rad.
     pub fn sin(self) -> Interval {
         self.sine_with_peaks_at(FRAC_PI_2, libm::sin)
     }
 
-    /// All cosines of its numbers.
+    /// An interval that contains the cosines of its numbers, rad.
     pub fn cos(self) -> Interval {
         self.sine_with_peaks_at(0.0, libm::cos)
     }
 
-    /// The range of `f`, which has its peaks of 1 at `peak` + 2 k pi and of -1 half a turn later, and is monotonic in between.
+    /// An interval that contains `f` of its numbers. `f` is 1 at `peak` + 2 k pi, -1 half a turn later, and monotonic in
+    /// between.
     fn sine_with_peaks_at(self, peak: f64, f: fn(f64) -> f64) -> Interval {
         let unit = Interval::around_zero(1.0);
-        // Beyond this the rounding of the quotient would come near the margin.
+        // For larger angles the rounding of angle / 2 pi would be near PEAK_DISTANCE_TURNS.
         if !(self.low.abs() <= MAX_ANGLE_RAD && self.high.abs() <= MAX_ANGLE_RAD) {
             return unit;
         }
@@ -143,7 +145,7 @@ impl Interval {
     }
 }
 
-/// The smallest interval of these, moved outward; all numbers where one is NaN.
+/// The smallest interval that contains these values, moved outward by one step of f64; all numbers if one is NaN.
 #[inline]
 fn outward(values: [f64; 4]) -> Interval {
     if values.iter().any(|x| x.is_nan()) {
@@ -231,7 +233,7 @@ mod tests {
         }
     }
 
-    /// Bounds are tight: a rounding step for a sum, the exact peak for a sine across it.
+    /// Bounds are tight: a sum is wider by a rounding step only, and a sine over a peak ends exactly at 1.
     #[test]
     fn intervals_are_narrow() {
         let x = Interval::new(1.0, 2.0);

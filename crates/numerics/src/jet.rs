@@ -1,7 +1,8 @@
-//! A function of time near an instant, to second order, with proven bounds.
+//! Jets: a function of time near an instant, as a Taylor polynomial of second order with proven bounds.
 //!
 //! x(t + h) = x_0 + x_1 h + x_2 h^2 with interval coefficients x_0 = x, x_1 = x', x_2 = x''/2 [Moore, Kearfott, Cloud
-//! 2009]. Over an interval I about c, with jets at c (thin) and over I (wide), Taylor's theorem gives
+//! 2009]. For an interval I with middle c, a jet at c (narrow) and a jet that holds everywhere in I (wide), Taylor's theorem
+//! gives
 //!
 //! x(I) within x_0(c) + x_1(c) (I - c) + x_2(I) (I - c)^2.
 
@@ -9,24 +10,24 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::interval::Interval;
 
-/// x, x', x''/2.
+/// The coefficients x, x', x''/2 of a function x(t), each with bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jet(pub [Interval; 3]);
 
 impl Jet {
-    /// A constant between bounds.
+    /// The jet of a constant that lies in the interval x.
     #[inline]
     pub const fn constant(x: Interval) -> Jet {
         Jet([x, Interval::ZERO, Interval::ZERO])
     }
 
-    /// From a value and its first two derivatives with respect to time.
+    /// The jet of a value and its first two derivatives with respect to time.
     #[inline]
     pub fn of_derivatives(x: Interval, dx: Interval, ddx: Interval) -> Jet {
         Jet([x, dx, ddx * 0.5])
     }
 
-    /// x / y; all numbers where y may be zero.
+    /// The jet of x / y. Its coefficients are all numbers if y may be zero.
     #[inline]
     pub fn over(self, y: Jet) -> Jet {
         let z0 = self.0[0].over(y.0[0]);
@@ -35,7 +36,7 @@ impl Jet {
         Jet([z0, z1, z2])
     }
 
-    /// Square root; all numbers where x may be zero or negative.
+    /// The jet of sqrt(x). It contains all numbers if x may be zero or negative.
     pub fn sqrt(self) -> Jet {
         let z0 = self.0[0].sqrt();
         let twice = z0 * 2.0;
@@ -44,19 +45,20 @@ impl Jet {
         Jet([z0, z1, z2])
     }
 
-    /// Sine, with its derivatives.
+    /// The jet of sin(x).
     pub fn sin(self) -> Jet {
         let (s, c) = (self.0[0].sin(), self.0[0].cos());
         Jet([s, c * self.0[1], c * self.0[2] - s * self.0[1].square() * 0.5])
     }
 
-    /// Cosine, with its derivatives.
+    /// The jet of cos(x).
     pub fn cos(self) -> Jet {
         let (s, c) = (self.0[0].sin(), self.0[0].cos());
         Jet([c, -(s * self.0[1]), -(s * self.0[2]) - c * self.0[1].square() * 0.5])
     }
 
-    /// The range of x over I, from the jet at its middle c and the jet over I; `from_middle` contains I - c.
+    /// An interval that contains x over I. `at_middle`: jet at the middle c of I; `wide`: jet over I; `from_middle` contains I -
+    /// c.
     pub fn over_interval(at_middle: Jet, wide: Jet, from_middle: Interval) -> Interval {
         let taylor = at_middle.0[0] + at_middle.0[1] * from_middle + wide.0[2] * from_middle.square();
         taylor.meet(wide.0[0])
@@ -100,8 +102,8 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// For x = sin(t) (2 + t) / sqrt(3 + cos t) an enclosure over an interval contains the samples there. Its excess decreases
-    /// with the square of the width.
+    /// An enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains samples of x there. Its excess over their
+    /// range decreases with the square of the width of the interval.
     #[test]
     fn what_a_function_does_lies_within() {
         let f = |t: f64| t.sin() * (2.0 + t) / (3.0 + t.cos()).sqrt();

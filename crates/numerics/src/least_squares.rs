@@ -1,60 +1,59 @@
 //! Least squares from a triangle, and the directions that the data do not determine.
 //!
-//! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is s_1 / s_p of the scaled
-//! columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not in the data: parameters with a component along them have
-//! no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
+//! min |R x - z|. The columns are scaled to unit norm: R = S D with a diagonal D, and S = U diag(s) V'. The condition number is
+//! s_1 / s_p of the scaled columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not determined by the data, and
+//! parameters with a component along such a direction have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
 //!
-//! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
+//! sigma^2 = |rho|^2 / (r - p) from r rows, C = sigma^2 (R'R)^-1: covariance for white noise of equal variance in all rows.
 
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// Smaller ratios of singular values are rounding: columns of filtered signals have about nine digits, and fewer if they nearly
-/// cancel.
+/// Smaller ratios of a singular value to the largest one are rounding. Columns of filtered signals have about nine digits, and
+/// fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
-/// A parameter is not determined if it has more than this share in a direction that is not in the data.
+/// A parameter is not determined if its entry in an undetermined direction of unit norm exceeds this value.
 const TOUCHED_PARAMETER_SHARE: f64 = 1e-3;
-/// Weak directions have a singular value below this share of the largest.
+/// A direction is weak if its singular value is below this share of the largest one.
 const WEAK_SHARE: f64 = 0.1;
 
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// p values; the solution of least norm where it is not unique.
+    /// The p parameters. If the solution is not unique, it has the least norm of all solutions.
     pub x: Vec<f64>,
-    /// Whether the data determine the parameter.
+    /// For each parameter, whether the data determine it.
     pub determined: Vec<bool>,
-    /// (R'R)^+, p x p: covariance for noise of unit variance.
+    /// (R'R)^+, p x p: the covariance of the parameters for noise of unit variance.
     pub inverse: DMatrix<f64>,
-    /// Noise variance from the residual.
+    /// Noise variance sigma^2 of a row, from the residual.
     pub variance: f64,
     /// Singular values of the scaled columns, largest first.
     pub singular_values: Vec<f64>,
-    /// Condition number of the scaled columns; infinite when a direction is not in the data.
+    /// Condition number of the scaled columns; infinite if a direction is not determined.
     pub condition_number: f64,
-    /// Weak directions of the parameter space (unscaled units, largest entry 1) with their singular value over the largest, the
-    /// weakest first.
+    /// Weak directions of the parameter space, the weakest first: the ratio of the singular value to the largest one, and the
+    /// direction in the units of the parameters with largest entry 1.
     pub weak: Vec<(f64, Vec<f64>)>,
     /// Number of independent columns.
     pub rank: usize,
 }
 
 impl Solution {
-    /// The directions that are not in the data.
+    /// The directions that the data do not determine, in the form of `weak`.
     pub fn open(&self) -> impl Iterator<Item = &[f64]> {
         self.weak.iter().take(self.x.len() - self.rank).map(|(_, direction)| direction.as_slice())
     }
 }
 
-/// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
+/// The least-squares solution of a triangle. Directions with a ratio of singular values up to 1e-7 count as undetermined.
 pub fn solve(triangle: &Triangle) -> Solution {
     solve_within(triangle, SINGULAR_VALUE_TOLERANCE)
 }
 
-/// The solution of a triangle with another tolerance: directions with a ratio of singular values up to `tolerance` are not in the
-/// data.
+/// The least-squares solution of a triangle. Directions with a ratio of singular values up to `tolerance` count as undetermined.
 pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
@@ -71,7 +70,7 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     let largest = s.first().copied().unwrap_or(0.0);
     let rank = s.iter().filter(|&&s| s > tolerance * largest).count();
 
-    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, over the directions in the data.
+    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, over the determined directions.
     let mut x = vec![0.0; p];
     let mut inverse = DMatrix::zeros(p, p);
     for &i in &order[..rank] {
@@ -84,22 +83,22 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
             }
         }
     }
-    // Of all x with the least residual, the one of least norm in the units of the parameters. In the units of the columns, a
-    // parameter with a very small column would get a very large value.
+    // Of all x with the least residual, take the x of least norm in the units of the parameters. With the norm in the units of
+    // the scaled columns, a parameter with a very small column would get a very large value.
     let null = DMatrix::from_fn(p, p - rank, |c, i| scale[c] * vt[(order[rank + i], c)]);
     if rank > 0 && rank < p {
         let q = null.map(|x| if x.is_finite() { x } else { 0.0 }).qr().q();
         let least = DVector::from_column_slice(&x);
         x = (&least - &q * q.tr_mul(&least)).as_slice().to_vec();
     }
-    // A parameter in a direction that is not in the data has no value.
+    // A parameter with a component along an undetermined direction has no value.
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
         for (c, d) in determined.iter_mut().enumerate() {
             *d = *d && vt[(i, c)].abs() <= TOUCHED_PARAMETER_SHARE;
         }
     }
-    // Weak directions in the units of the parameters, with largest entry one.
+    // Weak directions in the units of the parameters, with largest entry 1.
     let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < WEAK_SHARE * largest);
     let weak = weak.map(|&i| {
         let v: Vec<f64> = (0..p).map(|c| vt[(i, c)] * scale[c]).collect();
@@ -121,7 +120,7 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     }
 }
 
-/// U diag(s) V'. A matrix with a NaN or an infinity counts as zero, because the iteration would not end.
+/// The decomposition U diag(s) V'. A matrix with a NaN or an infinity is replaced by zero, because the iteration would not end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let is_finite = matrix.iter().all(|x| x.is_finite());
     let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
@@ -143,7 +142,7 @@ mod tests {
         block.finish()
     }
 
-    /// The iteration over a NaN would not end.
+    /// Rows with a NaN give a solution without determined parameters, and the iteration ends.
     #[test]
     fn of_what_is_no_number_nothing_is_determined() {
         let rows = [(vec![1.0, f64::NAN], 1.0), (vec![0.5, 2.0], 1.0), (vec![0.1, 3.0], 2.0)];
@@ -171,7 +170,8 @@ mod tests {
         assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
     }
 
-    /// Two columns of one direction, one of them a hundred thousand times smaller: x is no larger than necessary.
+    /// Two parallel columns, one of them a hundred thousand times smaller: the solution gives no large value to the small
+    /// column.
     #[test]
     fn a_column_that_hardly_shows_gets_no_large_value() {
         let mut random = Random::new(9);

@@ -1,13 +1,15 @@
 //! Matrices, transforms, intervals and distributions.
 //!
-//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never stores the rows. [`reflection`]
-//! and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve with it. [`interval`],
-//! [`range`] and [`jet`] enclose the values of a function between two instants. [`fft`] and [`fourier`] transform, [`student`]
-//! has the distributions of tests, and [`interruption`] ends long work.
+//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that does not store the rows.
+//! [`reflection`] and [`row_block`] are its parts. [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve
+//! linear systems. [`interval`], [`range`] and [`jet`] enclose the values of a function between two instants. [`fft`] and
+//! [`fourier`] transform signals, [`student`] has the distributions of tests, and [`interruption`] ends long work.
 //!
-//! It knows the lanes of `generated`: the triangle takes eight samples in SIMD lanes, as a generated function writes them.
+//! It depends on the type `Eight` of `generated`: a triangle takes eight samples in SIMD lanes, as a generated function writes
+//! them.
 //!
-//! Not here: robots, logs, parameters or units. A column is a number. Matrices that `nalgebra` handles well stay there.
+//! It does not know robots, logs, parameters or units: a column is an array of numbers. For matrices that `nalgebra` handles
+//! well, `nalgebra` is used directly.
 
 #![warn(missing_docs)]
 

@@ -1,9 +1,9 @@
 //! Linear systems with a positive definite matrix.
 
-/// Solves A x = b in place for a symmetric positive definite A (n x n, row by row); `false` when
-/// A is not positive definite.
+/// Solves A x = b for a symmetric positive definite A (n x n, row by row). x replaces b, and A is overwritten. Returns `false`
+/// if A is not positive definite.
 pub fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
-    // The sizes of most arms: their loops are unrolled and take two thirds of the time.
+    // Most arms have 6 or 7 joints. With a constant n the compiler unrolls the loops, which saves a third of the time.
     match b.len() {
         6 => solved(a, b, 6),
         7 => solved(a, b, 7),
@@ -40,7 +40,7 @@ fn solved(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// The sizes with their own loops among others: the solution is known.
+    /// Solves systems with a known solution, for n = 6 and 7, which have their own loops, and for other n.
     #[test]
     fn every_size_is_solved() {
         for n in 1..=9 {
@@ -50,7 +50,7 @@ mod tests {
             let product = |row: &[f64]| row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
             let mut b: Vec<f64> = a.chunks(n).map(product).collect();
             assert!(solve_positive(&mut a.clone(), &mut b));
-            // Rounding of numbers below 30, with a condition number below 10.
+            // The bound is the rounding of numbers below 30, with a condition number below 10.
             assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-13), "{n}: {b:?}");
             let mut not = a.clone();
             not[n * n - 1] = -3.0;

@@ -1,82 +1,83 @@
 //! The smallest and largest values of functions of one variable on an interval, proven by subdivision.
 //!
-//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval is
-//! divided until no function can exceed its largest known value there by more than its tolerance (branch and bound, in a fixed
-//! order). The known values are proven too, by enclosures at single instants.
+//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval
+//! is divided until no function can exceed its largest known value there by more than its tolerance (branch and bound, in a
+//! fixed order; likewise for the smallest value). The known values are proven by enclosures at single instants.
 //!
-//! Where it is enough to know that functions stay within bounds, this is proven first, with more enclosures: the exact range of a
-//! wide enclosure may need too many.
+//! If it is enough to know that functions stay within bounds, this is proven first, with its own number of enclosures, because
+//! the exact range may need too many enclosures.
 
 use crate::interruption::Interruption;
 use crate::interval::Interval;
 use processor::{in_parallel, threads};
 
-/// An end of the range of one function.
+/// The smallest or the largest value of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// The value reached at `time`.
+    /// A value that the function certainly reaches, at `time`.
     pub reached: f64,
-    /// Instant of this value, s.
+    /// The instant of this value, in the unit of the span (s).
     pub time: f64,
-    /// A proven bound that the function never exceeds.
+    /// A proven bound: the function never goes beyond it.
     pub proved: f64,
 }
 
 /// The range of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The least value.
+    /// The smallest value of the function.
     pub least: Extreme,
-    /// The greatest value.
+    /// The largest value of the function.
     pub greatest: Extreme,
 }
 
-/// The goal for one function.
+/// The goal of the search for one function.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeGoal {
-    /// Largest distance of a proven bound from the value reached.
+    /// Largest distance of the proven bound from the reached value, in the unit of the function.
     pub tolerance: f64,
-    /// The function must stay between minus this and this; minus infinity where only its range is sought.
+    /// It is enough to prove that the function stays between -`enough` and `enough`. Minus infinity: its range is wanted.
     pub enough: f64,
 }
 
 impl RangeGoal {
-    /// The range, to a tolerance.
+    /// The goal to find the range to a tolerance.
     pub fn to(tolerance: f64) -> RangeGoal {
         RangeGoal { tolerance, enough: f64::NEG_INFINITY }
     }
 }
 
-/// The number of subintervals and of enclosures.
+/// Limits of the work of a search: numbers of subintervals and of enclosures.
 #[derive(Clone, Copy, Debug)]
 pub struct Subdivision {
-    /// Subintervals at the start.
+    /// Number of subintervals at the start.
     pub parts: usize,
-    /// Maximum number of enclosures for the exact ranges. The remaining subintervals are then bounded without further division.
+    /// Maximum number of enclosures for the exact ranges. Then the remaining subintervals are bounded without further division.
     pub enclosures: usize,
-    /// Maximum number of enclosures before these, to prove that functions stay within `enough`; where one is found to exceed it,
-    /// these count for the ranges.
+    /// Maximum number of enclosures for the proof that functions stay within `enough`, which comes first. If a function is found
+    /// to exceed it, only `enclosures` are used.
     pub enclosures_within: usize,
 }
 
-/// The values of functions on a subinterval and at its middle.
+/// Intervals that contain the values of each function on a subinterval and at its middle.
 #[derive(Clone, Debug)]
 pub struct Enclosed {
-    /// On the subinterval.
+    /// Enclosure of each function over the subinterval.
     pub over: Vec<Interval>,
-    /// At the middle of the subinterval.
+    /// Enclosure of each function at the middle of the subinterval.
     pub middle: Vec<Interval>,
 }
 
-/// Factor of the width of an instant's enclosure, by which a subinterval may exceed the value reached: this value is the far end
-/// of an enclosure, and a subinterval has some more roundings.
+/// A subinterval needs no division if it exceeds the reached value by less than this times the width of an enclosure at an
+/// instant. The excess is then rounding: the reached value is the cautious end of an enclosure, and a subinterval has some more
+/// roundings.
 const ROUNDING_WIDTHS: f64 = 4.0;
 
-/// Subintervals that threads share at a time.
+/// Number of subintervals that are enclosed in parallel at a time.
 const PARTS_AT_A_TIME: usize = 512;
 
-/// The ranges over `span` of the functions that `enclose` encloses, one for each goal. They do not depend on the number of
-/// threads. Interrupted work ends without further division.
+/// The ranges over `span` of functions, one for each goal in `sought`. `enclose`: encloses all functions on a subinterval. The
+/// result does not depend on the number of threads. If the work is interrupted, subintervals are no longer divided.
 pub fn ranges(
     span: Interval,
     subdivision: Subdivision,
@@ -92,7 +93,7 @@ pub fn ranges(
         found: vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()],
         rounding: vec![0.0; sought.len()],
     };
-    // the ends of the subintervals first, then the subintervals, then their division
+    // first the instants between subintervals, then the subintervals, then their division
     for time in (0..=parts).map(at) {
         search.include_instant(time, &enclose(Interval::point(time)).over);
     }
@@ -109,37 +110,38 @@ pub fn ranges(
     search.found
 }
 
-/// A subinterval of the span with the intervals that contain the functions on it.
+/// A subinterval of the span, with an enclosure of each function on it.
 struct SpanPart {
     span: Interval,
     held: Vec<Interval>,
 }
 
-/// The purpose of a division.
+/// The goal of a division of subintervals.
 #[derive(Clone, Copy, PartialEq)]
 enum SubdivisionGoal {
-    /// A proof that functions stay within `enough`.
+    /// Prove that all functions stay within `enough`.
     Within,
-    /// Their ranges.
+    /// Find the ranges of the functions.
     Range,
 }
 
-/// The results so far.
+/// The state of a search: the ranges found so far.
 struct RangeSearch<'a> {
     sought: &'a [RangeGoal],
     found: Vec<Range>,
-    /// The width of an instant's enclosure due to rounding.
+    /// For each function, the largest width of its enclosures at instants, which is rounding.
     rounding: Vec<f64>,
 }
 
 impl RangeSearch<'_> {
-    /// Includes the values of functions at an instant.
+    /// Includes the enclosures of the functions at an instant in the reached values.
     fn include_instant(&mut self, time: f64, values: &[Interval]) {
         for ((range, value), rounding) in self.found.iter_mut().zip(values).zip(&mut self.rounding) {
             if value.width().is_finite() {
                 *rounding = rounding.max(value.width());
             }
-            // The value is between the ends of its interval, so only the near end is certainly reached.
+            // The value lies between the ends of its interval, so the greatest value certainly reaches its lower end, and the
+            // least value its upper end.
             if value.low > range.greatest.reached {
                 (range.greatest.reached, range.greatest.time) = (value.low, time);
             }
@@ -149,7 +151,7 @@ impl RangeSearch<'_> {
         }
     }
 
-    /// Subintervals with their enclosures; the values at their middles count as reached.
+    /// Encloses the functions on each of `spans`. The values at the middles are included in the reached values.
     fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<SpanPart> {
         let all = in_parallel(spans, threads(), |span| (span, enclose(span)));
         let part = |(span, Enclosed { over, middle }): (Interval, Enclosed)| {
@@ -159,8 +161,8 @@ impl RangeSearch<'_> {
         all.into_iter().map(part).collect()
     }
 
-    /// Divides subintervals, larger ones first, until the aim needs no division or the number of enclosures is used up; `beyond`:
-    /// this number where a function exceeds `enough`.
+    /// Divides subintervals, larger ones first, until `aim` needs no division or `enclosures` are used up. If a function is
+    /// found to exceed `enough`, the maximum number is `beyond` instead.
     fn divided(
         &mut self,
         parts: Vec<SpanPart>,
@@ -180,7 +182,7 @@ impl RangeSearch<'_> {
                 done.extend(open);
                 break;
             }
-            // halves, enclosed in parallel; interrupted work keeps the subintervals undivided
+            // the halves are enclosed in parallel; if the work is interrupted, the subintervals stay undivided
             left = Vec::with_capacity(2 * open.len());
             let mut open = open.into_iter();
             while !open.as_slice().is_empty() {
@@ -199,14 +201,14 @@ impl RangeSearch<'_> {
         done
     }
 
-    /// Whether a subinterval needs no division, or cannot be divided.
+    /// Whether a subinterval needs no further division for `aim`, or is too small to divide.
     fn is_done(&self, part: &SpanPart, aim: SubdivisionGoal) -> bool {
         let middle = part.span.middle();
         let is_point = middle <= part.span.low || middle >= part.span.high;
         let mut all = part.held.iter().zip(&self.found).zip(self.sought.iter().zip(&self.rounding));
         is_point
             || all.all(|((held, range), (sought, least))| {
-                // A division does not get below rounding.
+                // A tolerance below the rounding cannot be met by division.
                 let tolerance = sought.tolerance.max(ROUNDING_WIDTHS * least);
                 let enough = if aim == SubdivisionGoal::Within { sought.enough } else { f64::NEG_INFINITY };
                 held.high <= (range.greatest.reached + tolerance).max(enough)
@@ -229,12 +231,12 @@ mod tests {
     use super::*;
     use crate::jet::Jet;
 
-    /// On the subinterval and at its middle.
+    /// The enclosures by `on` over the subinterval and at its middle.
     fn both(on: impl Fn(Interval) -> Vec<Interval>, part: Interval) -> Enclosed {
         Enclosed { over: on(part), middle: on(Interval::point(part.middle())) }
     }
 
-    /// t sin t and t^2.
+    /// Encloses t sin t and t^2 over the subinterval.
     fn on(part: Interval) -> Vec<Interval> {
         let jet = |t: Interval| Jet([t, Interval::point(1.0), Interval::ZERO]);
         let product = |t: Interval| jet(t) * jet(t).sin();
@@ -260,13 +262,13 @@ mod tests {
         assert!((found[1].greatest.reached - 36.0).abs() < 1e-12 && found[1].least.reached < 1e-9);
     }
 
-    /// A tolerance below the rounding of the values does not use up all enclosures.
+    /// If a tolerance is below the rounding of the values, the search ends before all enclosures are used.
     #[test]
     fn values_far_beyond_their_tolerance_end_soon() {
         let count = AtomicUsize::new(0);
         let large = |part: Interval| {
             count.fetch_add(1, Ordering::Relaxed);
-            // A difference of large numbers, as in a blend of a microsecond, keeps their rounding.
+            // Adding and subtracting 1e15 leaves its rounding error in the value, as in a blend of a microsecond.
             let [far, near] = [1e15, -1e15].map(Interval::point);
             on(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };

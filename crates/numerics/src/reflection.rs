@@ -1,9 +1,10 @@
 //! Householder reflections that annihilate a block of rows below a triangle, four at a time.
 //!
+//! Reflection k annihilates the column x_k of the rows below the diagonal entry R_kk:
 //! v_k = [e_k (R_kk - beta_k); x_k], beta_k = -sign(R_kk) sqrt(R_kk^2 + |x_k|^2), H_k = I - v_k v_k' / (beta_k (beta_k - R_kk)).
-//! Four of them are one update of the columns after them [Schreiber, Van Loan 1989]: H_4 H_3 H_2 H_1 = I - V T' V', T upper
-//! triangular, T_kk = 1 / (beta_k (beta_k - R_kk)), T_ik = -T_kk sum_l T_il x_l . x_k. A column is read twice and written once
-//! for four reflections. The v_k overwrite the annihilated columns, which are not read again.
+//! Four reflections are combined to one update of the later columns [Schreiber, Van Loan 1989]: H_4 H_3 H_2 H_1 = I - V T' V', T
+//! upper triangular, T_kk = 1 / (beta_k (beta_k - R_kk)), T_ik = -T_kk sum_l T_il x_l . x_k. A column is read twice and written
+//! once for four reflections. The v_k are stored in place of the annihilated columns, which are not needed later.
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
@@ -11,12 +12,13 @@
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
-//! This file also forms the products of the columns with one another, W'W, and their combinations W M, which need no triangle.
+//! This file also computes W'W, the products of the columns with one another, and the combinations W M of columns. Both need no
+//! triangle.
 //!
-//! On every processor a sum runs in four lanes, with rows 4 i + l in lane l; a norm runs in eight. With AVX2 and FMA, the lanes
-//! are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound because only
-//! `reflect_fused`, `add_products_fused` and `combine_fused` use the registers. These are compiled for AVX2 and FMA, and called
-//! where the processor has them.
+//! On every processor a sum has four partial sums (lanes): row 4 i + l is added to lane l; the sum of a norm has eight lanes.
+//! With AVX2 and FMA the lanes are in vector registers, and each multiplication with addition is rounded once. All `unsafe` code
+//! of this crate is in this file. It is sound because only `reflect_fused`, `add_products_fused` and `combine_fused` use the
+//! vector registers. They are compiled for AVX2 and FMA, and called only if the processor has both.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -24,21 +26,21 @@ use generated::Eight;
 
 use crate::row_block::RowBlock;
 
-/// A column with a smaller sum of squares counts as zero, because the reciprocal would be infinite. The filtered sign of a joint
-/// at rest decays to this size.
+/// A column with a smaller sum of squares counts as zero, because the reciprocal would be infinite. For a joint at rest, the
+/// filtered sign of the velocity decays to such values.
 const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 
 /// The positions of columns in the triangle and in the rows.
 #[derive(Clone, Copy)]
 pub struct ColumnPlaces<'a> {
-    /// Rows and columns of R, in the order of elimination.
+    /// Index in R of each column, in the order of elimination.
     pub index: &'a [usize],
-    /// Entries of the rows, one per column.
+    /// Index in a row of each column, in the same order.
     pub places: &'a [usize],
 }
 
-/// Annihilates the rows of `block` under the triangle `r`, entry (i, j) at j n + i. The block's entries at `places` are
-/// overwritten.
+/// Folds the rows of `block` into the triangle `r` by reflections that annihilate them. Entry (i, j) of r is at j n + i. The
+/// entries of the block at `places` are overwritten.
 pub(crate) fn reflect(r: &mut [f64], n: usize, columns: ColumnPlaces, block: &mut RowBlock) {
     let stride = block.stride();
     let rows = RowGroups { numbers: block.numbers(), stride };
@@ -56,8 +58,8 @@ fn reflect_fused(r: &mut [f64], n: usize, columns: ColumnPlaces, rows: RowGroups
     reflect_with::<Register>(r, n, columns, rows);
 }
 
-/// Adds the products of the columns at `places` with one another over the rows of `block` to `products`, m x m, (i, j) with i <=
-/// j at j m + i.
+/// Adds W'W to `products`, where W are the columns at `places` of the rows of `block`. `products` is m x m; entry (i, j) with i
+/// <= j is at j m + i.
 pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock) {
     let stride = block.stride();
     let rows = RowGroups { numbers: block.numbers(), stride };
@@ -75,7 +77,7 @@ fn add_products_fused(products: &mut [f64], places: &[usize], rows: RowGroups) {
     add_products_with::<Register>(products, places, rows);
 }
 
-/// Writes linear combinations of the first m columns of a block into its next m columns: column m + b becomes the sum over a of
+/// Writes linear combinations of the first m columns of a block into its next m columns. Column m + b becomes the sum over a of
 /// factors\[b m + a\] times column a.
 pub fn combine(factors: &[f64], m: usize, block: &mut RowBlock) {
     let stride = block.stride();
@@ -94,19 +96,19 @@ fn combine_fused(factors: &[f64], m: usize, rows: RowGroups) {
     combine_with::<Register>(factors, m, rows);
 }
 
-/// Groups of eight rows.
+/// The rows of a block, in groups of eight; `stride` is the number of entries from one group to the next.
 struct RowGroups<'a> {
     numbers: &'a mut [Eight],
     stride: usize,
 }
 
-/// Four numbers of a column.
+/// Four numbers of a column, in an array or a vector register.
 trait Four: Copy {
     fn splat(x: f64) -> Self;
-    /// The first or the second half of eight.
+    /// The first (`half` = 0) or the second half of eight numbers.
     fn read(eight: &Eight, half: usize) -> Self;
     fn write(self, eight: &mut Eight, half: usize);
-    /// self b + c.
+    /// self * b + c, rounded once in a vector register and twice in an array.
     fn mul_add(self, b: Self, c: Self) -> Self;
     fn numbers(self) -> [f64; 4];
 }
@@ -167,7 +169,7 @@ fn sum(x: impl Four) -> f64 {
     (a + c) + (b + d)
 }
 
-/// x_a . y_b.
+/// The dot products of columns x_a and y_b over all rows; result `[b][a]`.
 #[inline(always)]
 fn dots<V: Four, const X: usize, const Y: usize>(rows: &RowGroups, x: [usize; X], y: [usize; Y]) -> [[f64; X]; Y] {
     let mut sums = [[V::splat(0.0); X]; Y];
@@ -190,7 +192,8 @@ fn dots<V: Four, const X: usize, const Y: usize>(rows: &RowGroups, x: [usize; X]
     dots
 }
 
-/// x . x, with one sum for each half of eight rows, because the additions of a single sum would wait for each other.
+/// The sum of squares of column x. Each half of eight rows has its own sum, because the additions of a single sum would wait for
+/// each other.
 #[inline(always)]
 fn square<V: Four>(rows: &RowGroups, x: usize) -> f64 {
     let mut sums = [V::splat(0.0); 2];
@@ -203,7 +206,7 @@ fn square<V: Four>(rows: &RowGroups, x: usize) -> f64 {
     sum(sums[0]) + sum(sums[1])
 }
 
-/// y_b -= sum_a f_ba x_a.
+/// Subtracts sum_a f_ba x_a from each column y_b.
 #[inline(always)]
 fn subtract<V: Four, const X: usize, const Y: usize>(
     rows: &mut RowGroups,
@@ -238,7 +241,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
-        // Four reflections, each applied to the later ones of the four columns.
+        // Four reflections. Each is applied to the later columns of these four.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
@@ -269,7 +272,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
                 t[i][k] = -t[k][k] * (i..k).map(|l| t[i][l] * products[l]).sum::<f64>();
             }
         }
-        // All four at once on the columns after them, two columns at a time.
+        // All four together are applied to the later columns, two columns at a time.
         let four = Reflections { lead, t, x };
         let mut j = first + 4;
         while j + 1 < m {
@@ -285,7 +288,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
 #[inline(always)]
 fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: RowGroups) {
     let m = places.len();
-    // Beyond the last column, the last one is used again and the result is not read.
+    // Beyond the last column the last column is used again; its additional products are not read.
     let at = |k: usize| places[k.min(m - 1)];
     for i in (0..m).step_by(4) {
         for j in (i..m).step_by(2) {
@@ -303,7 +306,7 @@ fn combine_with<V: Four>(factors: &[f64], m: usize, rows: RowGroups) {
         let (columns, combined) = group.split_at_mut(m);
         let mut b = 0;
         while b < m {
-            // Four combinations at a time, the last ones singly.
+            // Four combinations at a time, the last three or fewer one by one.
             let width = if b + 4 <= m { 4 } else { 1 };
             match width {
                 4 => combined_columns::<V, 4>(&factors[b * m..], columns, &mut combined[b..]),
@@ -357,7 +360,7 @@ fn reflect_columns<V: Four, const Y: usize>(
     subtract::<V, 1, Y>(rows, [x], y, f);
 }
 
-/// Four reflections.
+/// Four reflections: R_kk - beta_k, T, and the columns x_k of the rows.
 struct Reflections {
     lead: [f64; 4],
     t: [[f64; 4]; 4],
@@ -365,8 +368,8 @@ struct Reflections {
 }
 
 impl Reflections {
-    /// Applies them to the columns `y` of the rows, and to the triangle above them: `top(k, b)` is the index of its entry for
-    /// reflection k and column b of `y`.
+    /// Applies the four reflections to the columns `y` of the rows, and to the rows of the triangle. `top(k, b)`: index in `r`
+    /// of the entry for reflection k and column b of `y`.
     #[inline(always)]
     fn apply<V: Four, const Y: usize>(
         &self,
@@ -396,7 +399,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// Combinations of seven columns, with and without registers.
+    /// Combinations of seven columns, with and without vector registers.
     #[test]
     fn combinations_of_columns() {
         let (m, mut random) = (7, Random::new(6));
@@ -412,14 +415,14 @@ mod tests {
             for b in 0..m {
                 let sum: f64 = (0..m).map(|a| factors[b * m + a] * row[a]).sum();
                 for block in [&mut block, &mut plain] {
-                    // Sums of seven products of unit size.
+                    // The bound is the rounding of sums of seven products of unit size.
                     assert!((block.group(r / 8)[m + b].0[r % 8] - sum).abs() < 1e-13, "{r} {b}");
                 }
             }
         }
     }
 
-    /// Eleven columns, a zero column among them, twice 128 rows: R'R = W'W, with and without registers.
+    /// R'R = W'W for 11 columns, one of them zero, and twice 128 rows; with and without vector registers.
     #[test]
     fn the_products_of_the_rows_are_kept() {
         let (m, places): (usize, Vec<usize>) = (11, vec![3, 4, 5, 0, 1, 2, 12, 11, 10, 9, 8]);

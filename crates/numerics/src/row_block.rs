@@ -1,61 +1,61 @@
-//! Rows for a triangle, eight in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride + k.
+//! Blocks of rows for a triangle, eight rows in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride + k.
 //!
-//! A block stays in the first-level cache while a triangle folds it in. The stride is odd, so that the groups of a column do not
-//! fall into one set of the cache.
+//! A block stays in the first-level cache while it is folded into a triangle. The stride is odd, so that the entries of a column
+//! do not all fall into one set of the cache.
 
 use generated::Eight;
 
-/// Rows of one block. A triangle is updated once per block.
+/// Maximum number of rows of a block. A triangle is updated once per block.
 pub const BLOCK_ROWS: usize = 128;
 
-/// Up to [`BLOCK_ROWS`] rows of some entries.
+/// Up to [`BLOCK_ROWS`] rows with an equal number of entries.
 #[derive(Clone, Debug)]
 pub struct RowBlock {
     stride: usize,
     numbers: Vec<Eight>,
-    /// Filled rows. The rows beyond them in the last group of eight are zero.
+    /// Number of filled rows. In the last group of eight, the other rows are zero.
     pub rows: usize,
 }
 
 impl RowBlock {
-    /// A block without rows, with this number of entries per row.
+    /// Makes a block without rows, with `entries` numbers per row.
     pub fn new(entries: usize) -> RowBlock {
         let stride = entries | 1;
         RowBlock { stride, numbers: vec![Eight::default(); stride * BLOCK_ROWS / 8], rows: 0 }
     }
 
-    /// Groups of eight that hold rows.
+    /// Number of groups of eight that contain filled rows.
     #[inline]
     pub fn groups(&self) -> usize {
         self.rows.div_ceil(8)
     }
 
-    /// Distance between groups.
+    /// Number of [`Eight`]s from one group of rows to the next.
     #[inline]
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// The entries of eight rows from row 8 g.
+    /// The entries of the rows 8 g .. 8 g + 7.
     #[inline]
     pub fn group(&mut self, g: usize) -> &mut [Eight] {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
-    /// The entries of eight rows from `row`, a multiple of eight.
+    /// The entries of the eight rows from row `row` on, a multiple of eight.
     #[inline]
     pub fn rows_from(&self, row: usize) -> &[Eight] {
         &self.numbers[row / 8 * self.stride..][..self.stride]
     }
 
-    /// The groups that hold rows, one after the other.
+    /// The entries of all groups that contain filled rows, group by group.
     #[inline]
     pub fn numbers(&mut self) -> &mut [Eight] {
         let groups = self.groups();
         &mut self.numbers[..groups * self.stride]
     }
 
-    /// Appends a row of entries; the block must not be full.
+    /// Appends one row from its entries. The block must not be full.
     #[inline]
     pub fn push(&mut self, row: impl Iterator<Item = f64>) {
         let (g, lane) = (self.rows / 8, self.rows % 8);
@@ -69,7 +69,8 @@ impl RowBlock {
         self.rows += 1;
     }
 
-    /// Appends eight rows and returns their entries for filling; the rows must be a multiple of eight, and the block not full.
+    /// Appends eight rows and returns their entries to be filled. The block must not be full, and its number of rows must be a
+    /// multiple of eight.
     #[inline]
     pub fn push_eight(&mut self) -> &mut [Eight] {
         self.rows += 8;

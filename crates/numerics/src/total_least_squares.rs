@@ -4,33 +4,33 @@
 //! the scaling; the right singular vector of its smallest singular value gives X_2, and X_1 follows by back substitution [Golub,
 //! Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
 //!
-//! The scaling matters: each noisy column is divided by the ratio of the standard deviation of its noise to that of y after
-//! projection. Unscaled columns with different noise give biased results.
+//! The scaling matters: each noisy column is divided by the ratio of the standard deviation of its noise to the standard
+//! deviation of the noise of y, both after projection. Unscaled columns with different noise give biased results.
 
 use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::triangle::{Triangle, select};
 
-/// The mixed solution.
+/// The solution of a mixed least-squares and total least-squares problem.
 #[derive(Clone, Debug)]
 pub struct TotalLeastSquares {
-    /// Parameters, in the order of the triangle's columns.
+    /// The parameters, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Singular values of the noisy part, largest first. The last one is the noise; without a gap before it the solution is
-    /// meaningless.
+    /// Singular values of the noisy columns with the right-hand side, largest first. The last one is the noise. If it is not
+    /// much smaller than the value before it, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
-/// Least entry of the right-hand side in the singular vector of a determined solution.
+/// The solution is undetermined if the entry of the right-hand side in the last singular vector is below this value.
 const LEAST_SIDE_SHARE: f64 = 1e-9;
-/// An exact column depends on the others where its pivot is below this share of its norm.
+/// An exact column counts as dependent on the others if its pivot is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-12;
 
-/// The mixed solution. `noisy`: the noisy columns, each with the ratio of the standard deviation of its noise to that of the
-/// right-hand side.
+/// Solves the mixed problem. `noisy`: index of each noisy column, with the ratio of the standard deviation of its noise to the
+/// standard deviation of the noise of the right-hand side.
 ///
-/// Fails when no column is noisy, when the exact columns are dependent, or when the data do not determine the solution (the
-/// direction of the smallest singular value does not contain the right-hand side).
+/// Fails if no column is noisy, if the exact columns are dependent, or if the data do not determine the solution (the direction
+/// of the smallest singular value does not contain the right-hand side).
 pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Result<TotalLeastSquares, Error> {
     let p = triangle.columns();
     if noisy.is_empty() || noisy.iter().any(|&(c, s)| c >= p || s <= 0.0 || !s.is_finite()) {
@@ -54,7 +54,7 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
         return Err(undetermined());
     }
     let mut sorted: Vec<f64> = (0..b).map(|j| -v[j] * scale(j) / v[b]).collect();
-    // R_11 X_1 = z_1 - R_12 X_2, from below.
+    // Back substitution of R_11 X_1 = z_1 - R_12 X_2, from the last row.
     let mut x1 = vec![0.0; a];
     for i in (0..a).rev() {
         let known: f64 = (i + 1..a).map(|j| t.at(i, j) * x1[j]).sum::<f64>()
@@ -94,7 +94,8 @@ mod tests {
         assert!((x[0] - 2.0).abs() < 1e-12 && (x[1] + 1.0).abs() < 1e-12, "{x:?}");
     }
 
-    /// Noise of half the column: least squares loses a fifth of the parameter, the mixed solution nothing.
+    /// The noise is half as large as the column. Least squares underestimates the parameter by a fifth; the mixed solution does
+    /// not.
     #[test]
     fn a_noisy_column_is_not_shrunk() {
         let (mut ls, mut tls) = (0.0, 0.0);

@@ -1,6 +1,6 @@
-//! Streaming least squares: rows are folded into a triangle and not kept.
+//! Streaming least squares: rows are folded into a triangle (QR decomposition) and not stored.
 //!
-//! [W y] = Q [R z; 0 rho] for all rows so far. A block of rows is folded in by Householder reflections that annihilate it below R
+//! [W y] = Q [R z; 0 rho] for all rows so far. Householder reflections annihilate a block of rows below R
 //! ([`reflection`](crate::reflection)). Two triangles are merged by folding the rows of one into the other. [Golub, Van Loan
 //! 2013]
 //!
@@ -8,37 +8,37 @@
 //! |---|---|---|---|
 //! | R, z, rho | `entries` | upper, column by column; of m columns m x m | the unit of y per unit of the parameter |
 //!
-//! A column that has held only zeros takes neither time nor memory: the torque of a joint depends on few of the parameters of a
-//! robot with many limbs. Weights are not here: the triangle of a joint is scaled as a whole when it is merged.
+//! A column that has held only zeros takes neither time nor memory, because in a robot with many limbs the torque of a joint
+//! depends on few parameters. Weights are not stored here: the whole triangle of a joint is scaled when it is merged.
 
 use std::ops::Range;
 
 use crate::reflection::{ColumnPlaces, reflect};
 use crate::row_block::RowBlock;
 
-/// The triangle of p columns and one right-hand side.
+/// The triangle R, z, rho of p columns and one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
     p: usize,
-    /// Columns that have had a non-zero entry, ascending.
+    /// Columns that have had a non-zero entry, ascending; p is the right-hand side.
     live: Vec<usize>,
-    /// For each column its index among the live columns, or [`NOT_LIVE`].
+    /// For each column, its index among the live columns, or [`NOT_LIVE`].
     places: Vec<u32>,
-    /// Entry (a, b) of the m live columns, a <= b < m, at b m + a.
+    /// Entry (a, b) of the triangle of the m live columns, a <= b < m, is at b m + a.
     entries: Vec<f64>,
     /// Number of rows folded in.
     pub rows: usize,
-    /// The square of the measured signal minus |y|^2, where a known part was subtracted from it to give y; usually 0.
+    /// |measured signal|^2 minus |y|^2. It is not 0 if a known torque was subtracted from the measured signal to give y.
     pub taken_out: f64,
 }
 
-/// The index of a column that has held only zeros.
+/// Marks a column that has held only zeros.
 const NOT_LIVE: u32 = u32::MAX;
 
-/// A column depends on the earlier ones where its pivot is below this share of its norm, which is rounding.
+/// A column counts as dependent on the earlier columns if its pivot is below this share of its norm, which is rounding.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
-/// Rows that are being folded into a triangle.
+/// Collects rows in a block and folds full blocks into a triangle.
 #[derive(Clone, Debug)]
 pub struct TriangleBuilder {
     triangle: Triangle,
@@ -46,15 +46,15 @@ pub struct TriangleBuilder {
 }
 
 impl TriangleBuilder {
-    /// A builder without rows, with `p` columns and a right-hand side.
+    /// Makes a builder without rows, for `p` columns and a right-hand side.
     pub fn new(p: usize) -> TriangleBuilder {
         TriangleBuilder { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
     }
 
-    /// Appends a row of coefficients and its right-hand side.
+    /// Appends a row of p coefficients and its right-hand side `y`.
     ///
     /// # Panics
-    /// When `row` is not p long.
+    /// If `row` does not have p entries.
     #[inline]
     pub fn push(&mut self, row: &[f64], y: f64) {
         assert!(row.len() == self.triangle.p);
@@ -64,19 +64,19 @@ impl TriangleBuilder {
         self.block.push(row.iter().copied().chain(std::iter::once(y)));
     }
 
-    /// The triangle of all rows.
+    /// The triangle of all appended rows.
     pub fn finish(mut self) -> Triangle {
         self.triangle.fold(&mut self.block);
         self.triangle
     }
 }
 
-/// The triangle of some of p columns. Their rows come in blocks with other entries too.
+/// The triangle of some of p columns. Its rows come in blocks that have other entries too.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
-    /// The columns, ascending.
+    /// The indices of these columns among the p columns, ascending.
     columns: Vec<usize>,
-    /// Indices in a row of the entries of these columns, then of the right-hand side.
+    /// The indices of these columns in a row of the block, then the index of the right-hand side.
     places: Vec<usize>,
     index: Vec<usize>,
     entries: Vec<f64>,
@@ -84,14 +84,15 @@ pub struct ColumnTriangle {
 }
 
 impl ColumnTriangle {
-    /// No rows yet. `columns` ascend; `places` has the indices of their entries in a row, then of the right-hand side.
+    /// Makes a triangle without rows. `columns`: ascending; `places`: indices of these columns in a row, then of the right-hand
+    /// side.
     pub fn new(columns: &[usize], places: &[usize]) -> ColumnTriangle {
         let m = places.len();
         let (columns, places, index) = (columns.to_vec(), places.to_vec(), (0..m).collect());
         ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    /// Folds in the rows of a block, `rows` of them non-zero. The block's entries of these columns are overwritten.
+    /// Folds in the rows of a block, of which `rows` are non-zero. The entries of these columns in the block are overwritten.
     #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;
@@ -99,8 +100,8 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns, without columns of a root mean square of at most `least`; columns beyond the end of `least`
-    /// are kept.
+    /// The triangle of all p columns. A column with an rms of at most its entry in `least` is removed. Columns beyond the end of
+    /// `least` are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
@@ -110,7 +111,8 @@ impl ColumnTriangle {
             square > 0.0 && square <= self.rows as f64 * least * least
         };
         if (0..m).any(is_small) {
-            // The row of a removed column holds a part of the others: they are folded again.
+            // The row of R of a removed column has entries of the other columns, so the rows of R are folded again without the
+            // column.
             let mut others = TriangleBuilder::new(p);
             for i in 0..m {
                 let mut row = vec![0.0; p + 1];
@@ -134,18 +136,19 @@ impl ColumnTriangle {
 }
 
 impl Triangle {
-    /// The triangle of no rows with `p` columns and a right-hand side.
+    /// Makes a triangle without rows, for `p` columns and a right-hand side.
     pub fn new(p: usize) -> Triangle {
         Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0, taken_out: 0.0 }
     }
 
-    /// Bytes of a triangle with `p` columns, `live` of them non-zero, with the right-hand side.
+    /// The memory of a triangle with `p` columns and a right-hand side, bytes. `live`: number of non-zero columns, with the
+    /// right-hand side.
     pub fn bytes(p: usize, live: usize) -> usize {
         let entries = live.saturating_mul(live).saturating_add(live).saturating_mul(size_of::<f64>());
         entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
     }
 
-    /// Changes the live columns to these, ascending, which include the ones before; new ones hold zeros.
+    /// Changes the live columns to `live`, ascending, which must contain the present ones. New columns hold zeros.
     fn set_live(&mut self, live: Vec<usize>) {
         let m = live.len();
         let before = std::mem::replace(&mut self.live, live);
@@ -161,18 +164,19 @@ impl Triangle {
         }
     }
 
-    /// The triangle with a right-hand side from which a known part was subtracted; `taken_out`: the decrease of its square.
+    /// Sets `taken_out`: the decrease of |y|^2 by a known part that was subtracted from the right-hand side.
     pub fn with_taken_out(self, taken_out: f64) -> Triangle {
         Triangle { taken_out, ..self }
     }
 
-    /// Number of columns without the right-hand side.
+    /// Number p of columns, without the right-hand side.
     #[inline]
     pub fn columns(&self) -> usize {
         self.p
     }
 
-    /// Entry (i, j), i <= j; j = p is the right-hand side, (p, p) the norm of the residual.
+    /// Entry (i, j) of the triangle, i <= j. Column j = p is the right-hand side; the absolute value of entry (p, p) is the norm
+    /// of the residual.
     #[inline]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         match (self.places[i], self.places[j]) {
@@ -181,14 +185,14 @@ impl Triangle {
         }
     }
 
-    /// The columns that have had a non-zero entry, ascending, p for the right-hand side.
+    /// The columns that have had a non-zero entry, ascending. p stands for the right-hand side.
     pub fn live(&self) -> Vec<usize> {
         self.live.clone()
     }
 
-    /// The triangle of `rows` rows with `p` columns, where the columns in `live` (ascending, at most p) are non-zero. `numbers`
-    /// has their entries, the upper part column by column. `None` where there are too few, or where `live` does not ascend or has
-    /// a column beyond p.
+    /// Makes a triangle from stored entries. `live`: non-zero columns, ascending, at most p; `rows`: number of rows folded in;
+    /// `numbers`: entries of the live columns, the upper triangle column by column. `None` if there are too few numbers, or if
+    /// `live` does not ascend or has a column beyond p.
     pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
         let mut triangle = Triangle::new(p);
         let m = live.len();
@@ -204,7 +208,7 @@ impl Triangle {
         Some(triangle)
     }
 
-    /// Folds in the rows of a block and empties it. Its entries are the columns and the right-hand side.
+    /// Folds in the rows of a block and empties it. A row has the entries of all p columns, then the right-hand side.
     fn fold(&mut self, block: &mut RowBlock) {
         self.rows += block.rows;
         let stride = block.stride();
@@ -219,14 +223,14 @@ impl Triangle {
         block.rows = 0;
     }
 
-    /// The triangle of the rows of all `parts`, each of `p` columns.
+    /// The triangle of the rows of all triangles `parts`, each with `p` columns.
     pub fn sum<'a>(p: usize, parts: impl IntoIterator<Item = &'a Triangle>) -> Triangle {
         let mut sum = Triangle::new(p);
         parts.into_iter().for_each(|part| sum.merge(part, 1.0));
         sum
     }
 
-    /// Adds the rows of another triangle, each multiplied by `weight`.
+    /// Folds in the rows of another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);
         self.taken_out += weight * weight * other.taken_out;
@@ -245,7 +249,7 @@ impl Triangle {
         self.rows = rows;
     }
 
-    /// The square of the measured signal, usually |y|^2, and |W x - y|^2 over the rows of the triangle.
+    /// Two sums of squares over all rows: |measured signal|^2 (|y|^2 + `taken_out`), and |W x - y|^2.
     pub fn squares(&self, x: &[f64]) -> (f64, f64) {
         let p = self.p;
         let mut total = self.taken_out;
@@ -259,7 +263,7 @@ impl Triangle {
         (total, residual)
     }
 
-    /// The least-squares solution x; zero for a column that depends on the earlier ones.
+    /// The least-squares solution x. It is zero for a column that depends on the earlier columns.
     pub fn solution(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
         for i in (0..self.p).rev().filter(|&i| self.has_information(i)) {
@@ -269,13 +273,13 @@ impl Triangle {
         x
     }
 
-    /// Whether a column is independent of the earlier ones.
+    /// Whether column c is independent of the earlier columns.
     fn has_information(&self, c: usize) -> bool {
         self.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * self.column_norm(c)
     }
 
-    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on the earlier ones is left out and has
-    /// zero.
+    /// The diagonal entries (k, k) of (R'R)^-1 for k in `rows`: squared norms of rows of R^-1. A column that depends on earlier
+    /// columns is left out; its entry is zero.
     pub fn inverse_products(&self, rows: Range<usize>) -> Vec<f64> {
         let informative: Vec<usize> = (rows.start..self.p).filter(|&c| self.has_information(c)).collect();
         let of_row = |k: usize| {
@@ -289,13 +293,13 @@ impl Triangle {
         rows.map(of_row).collect()
     }
 
-    /// |W_c|, the norm of a column of the rows.
+    /// |W_c|, the norm of column c of all rows.
     pub fn column_norm(&self, c: usize) -> f64 {
         (0..=c).map(|i| self.at(i, c) * self.at(i, c)).sum::<f64>().sqrt()
     }
 }
 
-/// The triangle of some of the columns.
+/// The triangle of the given columns of a triangle, in this order.
 pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
     let p = triangle.columns();
     let mut out = TriangleBuilder::new(columns.len());
@@ -366,12 +370,12 @@ mod tests {
         assert_eq!((found.rows, found.live()), (300, without.live()));
         let products = |t: &Triangle, a: usize, b: usize| (0..5).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>();
         for (a, b) in [(0, 0), (0, 3), (3, 3), (3, 4), (4, 4)] {
-            // 300 products of order one, twice.
+            // The bound is the rounding of two sums of 300 products of order one.
             assert!((products(&found, a, b) - products(&without, a, b)).abs() < 1e-11 * 300.0, "{a} {b}");
         }
     }
 
-    /// R'R = W'W for the rows and the right-hand side: the triangle keeps all of the least-squares problem.
+    /// R'R = W'W, with the right-hand side as a column: the triangle keeps the whole least-squares problem.
     #[test]
     fn the_triangle_has_the_products_of_the_rows() {
         let p = 7;
@@ -401,7 +405,7 @@ mod tests {
         for (a, b) in [(&whole, &merged), (&triangle(&scaled, p), &weighed)] {
             for j in 0..=p {
                 for i in 0..=j {
-                    // The rows of a triangle are unique up to a sign; these have the same history of pivots.
+                    // The rows of a triangle are unique up to a sign, so absolute values are compared.
                     assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-11);
                 }
             }
@@ -414,7 +418,7 @@ mod tests {
         assert_eq!(whole.column_norm(2), 0.0);
     }
 
-    /// The inverse of R'R equals the solution of a linear system; the empty column is not in it.
+    /// `inverse_products` equals the inverse of the normal equations. The empty column is left out.
     #[test]
     fn products_of_the_inverse_are_those_of_the_normal_equations() {
         let found = triangle(&rows(4, 300, 6), 6);

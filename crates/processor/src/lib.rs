@@ -1,9 +1,9 @@
 //! Parallel work of a processor: on threads ([`in_parallel`], [`in_order`]) and in wide SIMD registers ([`widely`]).
 //!
-//! A program for x86-64 may use what each such processor has: registers of two numbers, and shifts through one fixed register.
-//! Nearly every one in use has registers of four, and shifts and bit counts of any. Slow work is compiled for both.
+//! By default a program for x86-64 uses only what each such processor has: SIMD registers of two numbers. Nearly every processor
+//! in use also has registers of four numbers (AVX2) and faster shifts and bit counts (BMI). Slow work is compiled for both.
 //!
-//! No fused multiplications are used, and the compiler reorders no sum: both versions give the same bits.
+//! Both versions give the same bits: they use no fused multiplications, and the compiler reorders no sum.
 
 mod threads;
 
@@ -14,12 +14,12 @@ pub trait Work {
     /// The result of the work.
     type Output;
 
-    /// Does the work. It and its slow callees need `#[inline(always)]`: only code that is inlined into the function compiled for
-    /// wide registers uses them.
+    /// Does the work. `run` and the slow functions that it calls need `#[inline(always)]`: only code that is inlined into `wide`
+    /// is compiled for wide registers.
     fn run(self) -> Self::Output;
 }
 
-/// Does the work, in wide registers where the processor has them.
+/// Does the work, with wide registers if the processor has them.
 #[allow(unsafe_code, reason = "the processor is asked first")]
 #[inline]
 pub fn widely<W: Work>(work: W) -> W::Output {
@@ -66,7 +66,7 @@ mod tests {
         }
     }
 
-    /// A product and a sum are two roundings in both versions.
+    /// Both versions round the product and the sum separately.
     #[test]
     fn the_same_bits() {
         let x: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

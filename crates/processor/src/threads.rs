@@ -1,7 +1,7 @@
 //! Work shared by threads. Neither the results nor their order depend on which thread does which item, or when.
 //!
-//! The code that runs the threads is compiled once and asks for items by number. Compiled for each kind of work, it took 18 %
-//! of the compiler's optimisation time for `experiments`.
+//! The code that runs the threads is not generic: it is compiled once and calls a `dyn Fn` with the number of an item. When it
+//! was generic, it took 18 % of the compiler's optimisation time for `experiments`.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,7 +12,8 @@ pub fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The results of `of` for the items, in their order, on at most `threads` threads including the caller's.
+/// Calls `of` for each item on at most `threads` threads, the caller's thread included. The results are in the order of the
+/// items.
 pub fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
     let items: Vec<Mutex<(Option<T>, Option<R>)>> =
         items.into_iter().map(|item| Mutex::new((Some(item), None))).collect();
@@ -50,11 +51,11 @@ pub fn in_order<T: Sync, R: Send, E>(
     outcome
 }
 
-/// Runs `piece` for each number below `count`.
+/// Calls `piece` with each number below `count`, on at most `threads` threads.
 fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     let next = AtomicUsize::new(0);
     let work = || {
-        // Relaxed is enough: a thread is joined before its results are read.
+        // `Relaxed` is enough, because a thread is joined before its results are read.
         while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count) {
             piece(i);
         }
@@ -66,7 +67,8 @@ fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Runs `piece` for each number below `count` and calls `take` with the numbers in order, until `take` returns false.
+/// Calls `piece` with each number below `count` on several threads. Calls `take` with the same numbers in order, until it returns
+/// false.
 fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), take: &mut dyn FnMut(usize) -> bool) {
     let threads = threads.min(count);
     if threads < 2 {
@@ -84,7 +86,7 @@ fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), t
             scope.spawn(move || {
                 while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count) {
                     piece(i);
-                    // The receiver is gone after `take` returned false.
+                    // Sending fails after `take` returned false, because the receiver is dropped.
                     if send.send(i).is_err() {
                         break;
                     }

@@ -1,7 +1,7 @@
 //! Random numbers from a seed: the same numbers at every run and on every machine. Not for cryptography.
 //!
-//! [`SplitMix`] has a state of one word, for the draws of a derivation or a test. [`Random`] is a stream for thousands of
-//! draws, with normal deviates and a stream for each index of an enumeration.
+//! [`SplitMix`] is a small generator with 64 bits of state, for the few draws of a derivation or a test. [`Random`] is for
+//! thousands of draws: it also gives normally distributed numbers, and an independent stream for each index of an enumeration.
 
 #![warn(missing_docs)]
 

@@ -12,13 +12,13 @@ pub struct Random {
 }
 
 impl Random {
-    /// The stream of this seed.
+    /// A stream that starts from `seed`; equal seeds give equal numbers.
     pub fn new(seed: u64) -> Random {
         let mut seeds = SplitMix(seed);
         Random { state: [(); 4].map(|()| seeds.bits()), spare: None }
     }
 
-    /// The stream of a seed and an index of an enumeration: draw 17 does not depend on the thread that computes it.
+    /// A stream for one index of an enumeration. Its numbers depend on `seed` and `index`, not on the thread that draws them.
     pub fn stream(seed: u64, index: u64) -> Random {
         let mixed = Random::new(seed ^ index.wrapping_mul(0xd134_2543_de82_ef95)).bits();
         Random::new(mixed)
@@ -39,26 +39,26 @@ impl Random {
         result
     }
 
-    /// Uniform in [0, 1).
+    /// A random number, uniformly distributed in [0, 1).
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform in [low, high).
+    /// A random number, uniformly distributed in [low, high).
     #[inline]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// Uniform among 0 .. count; 0 when `count` is 0.
+    /// A random index, uniformly distributed among 0 .. count - 1; 0 if `count` is 0.
     #[inline]
     pub fn index(&mut self, count: usize) -> usize {
-        // The bias of a 64-bit product is below count / 2^64.
+        // The index is the upper half of the 128-bit product bits * count; its bias is below count / 2^64.
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
-    /// Normal, mean 0, variance 1.
+    /// A random number with normal distribution, mean 0 and variance 1.
     #[inline]
     pub fn normal(&mut self) -> f64 {
         if let Some(z) = self.spare.take() {

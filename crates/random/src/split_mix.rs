@@ -1,6 +1,6 @@
 //! SplitMix64 [Steele, Lea, Flood 2014].
 
-/// The generator; the field is its state, initially the seed.
+/// A small random generator; the field is its state, initially the seed.
 #[derive(Clone, Debug)]
 pub struct SplitMix(pub u64);
 
@@ -14,12 +14,12 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [-1, 1).
+    /// A random number, uniformly distributed in [-1, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// Uniform in [0, 1).
+    /// A random number, uniformly distributed in [0, 1).
     pub fn uniform(&mut self) -> f64 {
         (self.unit() + 1.0) / 2.0
     }

@@ -1,8 +1,8 @@
 //! Small charts as SVG: lines, envelopes, bands and dots over two axes.
 //!
-//! Coordinates are whole tenths of a pixel, relative to the point before, which takes a third of the space of
-//! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
-//! definitions. The palette of Okabe and Ito is safe for colour-blind readers; lines also differ in dashes.
+//! Coordinates are whole tenths of a pixel, relative to the previous point. This takes a third of the space of decimals. Colours
+//! are CSS classes, so a page can define them for light and dark mode; [`Chart::alone`] includes the definitions. Readers who are
+//! colour-blind can distinguish the colours (palette of Okabe and Ito), and lines also differ in their dashes.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -13,31 +13,31 @@ use crate::frame::{AxesFrame, Width, broken};
 use crate::scale::Scale;
 pub use crate::text::escaped;
 
-/// Height of a chart below the lower axis, for ticks and names, tenths of a pixel.
+/// Height of the region below the lower axis, for tick labels and axis names, tenths of a pixel.
 const BOTTOM_MARGIN: f64 = 420.0;
 /// Height of a row of the legend, tenths of a pixel.
 const LEGEND_ROW_HEIGHT: f64 = 190.0;
 /// Mean width of a letter in the legend, tenths of a pixel.
 const LEGEND_LETTER_WIDTH: f64 = 68.0;
-/// Attribute of a chart that reacts to keys: only an element with the focus gets them.
+/// Attribute for a chart that reacts to keys: it lets the chart get the focus, and only an element with the focus gets keys.
 const FOCUS: &str = " tabindex=\"0\"";
 
-/// A layer of the drawing. Layers are drawn from back to front.
+/// One layer of a chart. The layers are drawn from back to front.
 #[derive(Clone, Debug)]
 enum Layer<'a> {
-    /// Points joined by lines; each inner vector is a separate line.
+    /// Lines through points; each inner vector is a separate line.
     Line(Vec<Vec<(f64, f64)>>),
-    /// Signals over time.
+    /// A signal over time, with the range of its values in each span.
     Envelope(Cow<'a, Envelope>),
-    /// A band between two ordinates, over the whole width.
+    /// A band between two ordinates, over the whole width of the chart.
     Band(f64, f64),
-    /// Separate points.
+    /// Separate points without lines.
     Dots(&'a [(f64, f64)]),
-    /// A highlighted point.
+    /// One highlighted point.
     Mark((f64, f64)),
 }
 
-/// A chart and its layers.
+/// A chart: its title, axes and layers.
 #[derive(Clone, Debug)]
 pub struct Chart<'a> {
     title: String,
@@ -47,17 +47,17 @@ pub struct Chart<'a> {
     is_true_to_scale: bool,
     layers: Vec<(String, &'static str, Layer<'a>)>,
     width: Width,
-    /// Ends of the abscissa where they are not the ends of the data.
+    /// Ends of the abscissa; `None`: the ends of the data.
     span: Option<(f64, f64)>,
-    /// The key of each layer's data, for a chart that a script redraws; empty for other charts.
+    /// For a chart that a script redraws: the key of the data of each layer. Empty for other charts.
     keys: Vec<String>,
-    /// Abscissas of vertical lines.
+    /// Abscissas at which vertical lines are drawn, for example between two logs.
     borders: Vec<f64>,
     has_zero: bool,
 }
 
 impl<'a> Chart<'a> {
-    /// An empty chart of 480 pixels width; `axes`: names with units.
+    /// An empty chart with a width of 480 pixels. `axes`: names of the abscissa and the ordinate with units.
     pub fn new(title: impl Into<String>, axes: (&str, &str)) -> Chart<'a> {
         Chart {
             title: title.into(),
@@ -79,37 +79,37 @@ impl<'a> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
     }
 
-    /// A high chart with the same length per unit on both axes, for shapes.
+    /// Makes the chart higher and gives both axes the same length per unit, so that shapes are not distorted.
     pub(crate) fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
-    /// A lower chart.
+    /// Makes the chart lower than usual.
     pub fn low(self) -> Chart<'a> {
         Chart { height: 1500.0, ..self }
     }
 
-    /// A small chart, for many charts in a row.
+    /// Makes the chart small, for many charts in a row.
     pub fn small(self) -> Chart<'a> {
         Chart { height: 1100.0, ..self }
     }
 
-    /// Includes the ordinate zero.
+    /// Extends the ordinate so that it includes zero.
     pub(crate) fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
 
-    /// A line through points; `class`: a, b, c or d.
+    /// Adds a line through points. `class`: the CSS class a, b, c or d.
     pub fn line(self, name: impl Into<String>, class: &'static str, points: &[(f64, f64)]) -> Chart<'a> {
         self.pieces(name, class, vec![points.to_vec()])
     }
 
-    /// Several lines with one name.
+    /// Adds several lines with one common name in the legend.
     pub fn pieces(self, name: impl Into<String>, class: &'static str, pieces: Vec<Vec<(f64, f64)>>) -> Chart<'a> {
         self.layer(name, class, Layer::Line(pieces))
     }
 
-    /// A signal over time.
+    /// Adds a signal over time.
     pub fn envelope(self, name: impl Into<String>, class: &'static str, envelope: &'a Envelope) -> Chart<'a> {
         let drawn = match envelope.spans().len() > DRAWN_SPANS {
             true => Cow::Owned(envelope.thinned_to(DRAWN_SPANS)),
@@ -118,33 +118,33 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Envelope(drawn))
     }
 
-    /// A band between two ordinates.
+    /// Adds a band between two ordinates.
     pub fn band(self, name: impl Into<String>, low: f64, high: f64) -> Chart<'a> {
         self.layer(name, "band", Layer::Band(low, high))
     }
 
-    /// Separate points.
+    /// Adds separate points.
     pub fn dots(self, name: impl Into<String>, class: &'static str, points: &'a [(f64, f64)]) -> Chart<'a> {
         self.layer(name, class, Layer::Dots(points))
     }
 
-    /// A highlighted point.
+    /// Adds one highlighted point.
     pub fn mark(self, name: impl Into<String>, class: &'static str, point: (f64, f64)) -> Chart<'a> {
         self.layer(name, class, Layer::Mark(point))
     }
 
-    /// Vertical lines.
+    /// Sets the abscissas at which vertical lines are drawn.
     pub fn borders(self, borders: Vec<f64>) -> Chart<'a> {
         Chart { borders, ..self }
     }
 
-    /// A wide chart over a given span of time, s.
+    /// Makes the chart as wide as the page, over the given time span, s.
     pub(crate) fn wide(self, span: (f64, f64)) -> Chart<'a> {
         Chart { width: Width::Wide, span: Some(span), ..self }
     }
 
-    /// A chart that the script of a page redraws from the data under these keys, one per layer; empty for a layer
-    /// without data. The page contains the legend.
+    /// Lets the script of a page redraw the chart. `keys`: for each layer the key of its data, empty for a layer without
+    /// data. The page then contains the legend.
     pub(crate) fn live(self, keys: Vec<String>) -> Chart<'a> {
         Chart { keys, ..self }
     }
@@ -154,12 +154,12 @@ impl<'a> Chart<'a> {
         self
     }
 
-    /// The SVG for a page that defines the classes.
+    /// The chart as SVG for a page that defines the CSS classes.
     pub fn svg(&self) -> String {
         self.drawn("")
     }
 
-    /// The SVG for a separate file.
+    /// The chart as SVG for a separate file, which includes the CSS classes.
     pub fn alone(&self) -> String {
         self.drawn(concat!("<style>", include_str!("../templates/chart.css"), "</style>\n"))
     }
@@ -182,7 +182,7 @@ impl<'a> Chart<'a> {
         );
         s += &legend.text;
         frame.axes(&mut s, &self.axes);
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail, so the results are ignored.
         for border in &self.borders {
             let at = frame.px(*border);
             let _ = writeln!(s, "<path class=\"border\" d=\"M{at} {}V{}\"/>", frame.top, frame.bottom);
@@ -239,7 +239,7 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
-        // One unit for both axes: one axis fills its side, the other is extended about its middle.
+        // Both axes get the same length per unit: one axis fills its side, the other is extended symmetrically about its middle.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let place = AxesFrame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
         let (width, height) = (place.right - place.left, place.bottom);
@@ -247,7 +247,7 @@ impl<'a> Chart<'a> {
         (x.of_length(unit * width), y.of_length(unit * height))
     }
 
-    /// Names with their lines, in several rows if necessary.
+    /// The legend: the names of the layers with samples of their lines, in several rows if necessary.
     fn legend(&self) -> Legend {
         let mut legend = Legend::default();
         let named: Vec<_> = self.layers.iter().filter(|(name, _, _)| !name.is_empty()).collect();
@@ -283,7 +283,7 @@ struct Legend {
     rows: usize,
 }
 
-/// The class and the path of a layer that is no band.
+/// The CSS class and the SVG path of a layer, for all layers except bands.
 fn drawn_layer(frame: &AxesFrame, layer: &Layer) -> (&'static str, String) {
     match layer {
         Layer::Line(pieces) => ("line", frame.path(pieces)),

@@ -1,10 +1,10 @@
-//! Minifies a script for a page: removes comments, indentation and unnecessary blanks.
+//! Minifies a JavaScript file for a page: removes comments, indentation and unnecessary blanks.
 //!
-//! Names and lines stay, so that an error in a browser can still be found in `templates/`. Texts, templates and regular
-//! expressions are not changed; blanks inside of markup in a template belong to the page. Not for a script with an empty
-//! statement before a brace (`while (x);}`).
+//! Names are kept, and most lines too, so an error in a browser can still be located in `templates/`. Strings, templates and
+//! regular expressions are not changed, because blanks in the markup of a template belong to the page. A script must not
+//! contain an empty statement before a brace (`while (x);}`).
 
-/// The minified script.
+/// Returns the minified script.
 pub fn compact(script: &str) -> String {
     let mut reader = ScriptReader { rest: script, out: String::with_capacity(script.len()), open: Vec::new() };
     while let Some(c) = reader.rest.chars().next() {
@@ -37,11 +37,12 @@ pub fn compact(script: &str) -> String {
 struct ScriptReader<'a> {
     rest: &'a str,
     out: String,
-    /// Number of open braces in each open `${`.
+    /// One entry per open `${`: the number of open braces inside it.
     open: Vec<usize>,
 }
 
-/// After these characters, and before the characters below, a statement continues, so that the end of the line is removed.
+/// A line break after one of these characters, or before one of the characters in the next constant, is removed because
+/// the statement continues.
 const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
 const GOES_ON_BEFORE: &str = ")].,?:&|=";
 
@@ -52,7 +53,7 @@ impl ScriptReader<'_> {
         self.rest = rest;
     }
 
-    /// Number of bytes before the first unescaped character, from the second on, that `is_end` accepts.
+    /// Number of bytes before the first unescaped character that `is_end` accepts. The search starts at the second character.
     fn length(&self, mut is_end: impl FnMut(&str) -> bool) -> usize {
         let mut escaped = false;
         for (i, c) in self.rest.char_indices().skip(1) {
@@ -69,7 +70,7 @@ impl ScriptReader<'_> {
         self.copy(length + 1);
     }
 
-    /// From a backtick or the end of a `${}` to the next `${` or the end of the template.
+    /// Copies a template, from a backtick or the end of a `${}` to the next `${` or the end of the template.
     fn copy_template(&mut self) {
         let length = self.length(|rest| rest.starts_with('`') || rest.starts_with("${"));
         if self.rest[length..].starts_with("${") {
@@ -88,7 +89,7 @@ impl ScriptReader<'_> {
         self.copy(length + 1);
     }
 
-    /// Whether a slash here begins a regular expression and is no division.
+    /// Whether a slash at this position starts a regular expression. Otherwise it is a division.
     fn begins_an_operand(&self) -> bool {
         self.out.chars().next_back().is_none_or(|c| "(,=:[!&|?{};\n".contains(c))
     }

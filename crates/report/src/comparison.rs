@@ -1,7 +1,7 @@
-//! Comparison of two estimates of one robot: two days, two loads, two methods.
+//! Compares two estimates of one robot, for example from two days, two loads or two methods.
 //!
-//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2). For two independent estimates of the same value, |z| exceeds 1.96 in one of
-//! twenty cases.
+//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2). a, b: the two estimates of a parameter. If both are independent estimates of
+//! the same value, |z| exceeds 1.96 in one of twenty cases.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified};
@@ -9,16 +9,16 @@ use serde::Serialize;
 
 use crate::number::{significant, unit, with_interval};
 
-/// Another estimate with its name.
+/// The estimate to compare with, and the name of its file.
 #[derive(Clone, Copy, Debug)]
 pub struct OtherEstimate<'a> {
-    /// Name of its file.
+    /// Name of the file of the estimate.
     pub name: &'a str,
-    /// The estimate.
+    /// The estimate with which the estimate of the page is compared.
     pub estimate: &'a Estimate,
 }
 
-/// The comparison in words and rows; the largest differences come first.
+/// The comparison for the page: a summary, and one row per parameter. The parameters with the largest differences come first.
 #[derive(Serialize)]
 pub(crate) struct Comparison {
     summary: String,
@@ -35,23 +35,23 @@ struct ComparisonRow {
     other: String,
     other_half: String,
     difference: String,
-    /// |z|, and the length of its bar, 0 to 100.
+    /// |z|, and in `bar` the length of its bar, 0 to 100.
     deviations: f64,
     bar: f64,
     is_moved: bool,
 }
 
-/// |z| at which a bar is full.
+/// Value of |z| at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 10.0;
 
-/// Both values of a parameter, and z.
+/// Both values of a parameter, and z. `None` if a value or its standard deviation is missing.
 fn apart(a: &Identified, b: &Identified) -> Option<(f64, f64, f64)> {
     let (x, y) = (a.value?, b.value?);
     let z = (x - y) / a.sigma?.hypot(b.sigma?);
     z.is_finite().then_some((x, y, z))
 }
 
-/// Compares the parameters that both estimates have.
+/// Compares the parameters that are in both estimates.
 pub(crate) fn comparison(estimate: &Estimate, other: OtherEstimate) -> Comparison {
     let found = estimate.parameters.iter().filter_map(|a| {
         let b = other.estimate.parameters.iter().find(|b| b.id == a.id)?;
@@ -71,7 +71,7 @@ pub(crate) fn comparison(estimate: &Estimate, other: OtherEstimate) -> Compariso
             is_moved: z.abs() > INTERVAL,
         })
     });
-    // Sorted by |z|: parameters of different units are comparable this way.
+    // The rows are sorted by |z|, because z makes parameters with different units comparable.
     let mut rows: Vec<ComparisonRow> = found.collect();
     rows.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
     let moved = rows.iter().filter(|row| row.is_moved).count();
@@ -104,7 +104,7 @@ mod tests {
         };
         let (a, b) = (of(1.0, 2.0), of(0.8, 2.1));
         let found = comparison(&a, OtherEstimate { name: "b", estimate: &b });
-        // z: 0.2 / (0.03 sqrt 2), and 0.1 / (0.1 sqrt 2).
+        // Expected z: 0.2 / (0.03 sqrt 2) and 0.1 / (0.1 sqrt 2).
         let deviations: Vec<f64> = found.rows.iter().map(|row| row.deviations).collect();
         assert!(
             (deviations[0] - 4.714).abs() < 1e-3 && (deviations[1] - std::f64::consts::FRAC_1_SQRT_2).abs() < 1e-3,

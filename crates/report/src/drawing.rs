@@ -1,11 +1,11 @@
-//! Data for drawing a robot on a page: its frames, the effect of its variables on them, and the ranges of the variables.
+//! Data for drawing a robot on a page: its frames, the variables that move them, and the ranges of the variables.
 //!
 //! ```text
 //! T_j = T_a(j) A_j Rz(x_j)  or  T_a(j) A_j Tz(x_j),   x_j = offset + sum of factor * variable
 //! ```
-//! A_j is iTj at x_j = 0. [Khalil, Kleinfinger 1986] The script `templates/drawing.js` computes and draws these frames;
-//! `Drawing.of(element)` there takes the values of this module as JSON, so that any page can contain and move a robot.
-//! Loops that are solved numerically are closed by the script.
+//! A_j is the transform from frame j to its antecedent a(j) at x_j = 0. [Khalil, Kleinfinger 1986] The script
+//! `templates/drawing.js` computes and draws the frames: `Drawing.of(element)` in this script reads the data of this module
+//! as JSON. So any page can contain a robot and move it. The script also closes the loops that are solved numerically.
 
 use gate::shown::lines;
 use robot::value::CoordinateId;
@@ -14,72 +14,73 @@ use serde::Serialize;
 
 use crate::template::rendered;
 
-/// Reciprocal of the rounding of numbers in a drawing (m, or without unit): nine decimals.
+/// Numbers in a drawing are rounded to multiples of 1 / DECIMALS: nine decimals, m or without unit.
 const DECIMALS: f64 = 1e9;
-/// Lengths from this on cannot be drawn together with usual ones, m.
+/// Largest length in a drawing, m: larger lengths make the other lengths invisible.
 const LARGEST_LENGTH_M: f64 = 1e6;
-/// Largest angle of a slider, rad: a continuous joint repeats itself.
+/// Largest angle of a slider, rad. This is enough for a continuous joint because its angle repeats.
 const LARGEST_ANGLE_RAD: f64 = 2.0 * std::f64::consts::PI;
 
-/// A robot for the script.
+/// The data of a robot for the script.
 #[derive(Clone, Debug, Serialize)]
 pub struct Drawing {
     /// Name of the robot.
     name: String,
-    /// The unit vector against gravity, in the base frame; z where there is no gravity.
+    /// Unit vector opposite to gravity, in the base frame; the z axis if there is no gravity.
     up: [f64; 3],
-    /// The coordinates and, after them, the passive coordinates.
+    /// The variables of the robot: first the coordinates, then the passive coordinates.
     variables: Vec<Variable>,
-    /// Number of variables that are coordinates.
+    /// Number of the variables that are coordinates.
     coordinates: usize,
     /// The links, in the order of the description.
     links: Vec<Drawn>,
-    /// The two frames of each loop that coincide when it is closed.
+    /// For each loop, the two frames that coincide if the loop is closed.
     loops: Vec<[DrawnFrame; 2]>,
 }
 
-/// A variable with the range of its slider.
+/// A variable of the robot: its name, its initial value, and the range of its slider.
 #[derive(Clone, Debug, Serialize)]
 struct Variable {
     name: String,
-    /// Whether it is an angle, rad; otherwise it is a length, m.
+    /// Whether the variable is an angle, rad; otherwise it is a length, m.
     turns: bool,
-    /// Its initial value.
+    /// Initial value of the variable, rad (m).
     at: f64,
     from: f64,
     to: f64,
 }
 
-/// A frame and the variables that move it.
+/// A frame of the drawing, and the variables that move it.
 #[derive(Clone, Debug, Serialize)]
 struct DrawnFrame {
-    /// The link that carries it; `None`: the base.
+    /// Index of the link that carries the frame; `None`: the base.
     on: Option<usize>,
     kind: &'static str,
-    /// A_j, 3 x 4, row by row.
+    /// Constant transform A_j to the antecedent: a 3 x 4 matrix, row by row.
     place: [f64; 12],
-    /// Corners of the path to the frame's axis, in the frame of the antecedent, m: after b along z, and after d along x.
+    /// Two corners of the drawn path to the axis of the frame: after the shift b along z, and after the shift d along x. In
+    /// the frame of the antecedent, m.
     corners: [[f64; 3]; 2],
-    /// Index and factor of each variable.
+    /// The variables that move the frame: index and factor of each.
     terms: Vec<(usize, f64)>,
     offset: f64,
 }
 
-/// A link.
+/// A link in the drawing.
 #[derive(Clone, Debug, Serialize)]
 struct Drawn {
     name: String,
     #[serde(flatten)]
     frame: DrawnFrame,
-    /// Frames of the file with another origin on the link: name and origin in the link frame, m.
+    /// Other frames of the file that are fixed to the link and have another origin: name, and origin in the link frame, m.
     fixed: Vec<(String, [f64; 3])>,
-    /// Centre of mass in the link frame, m, if the file has one.
+    /// Centre of mass in the link frame, m; `None` if the file has none.
     mass_centre: Option<[f64; 3]>,
 }
 
 impl Drawing {
-    /// The drawing of a robot. `at`: the variables at which numerically solved loops are closed, otherwise empty. `None` where
-    /// a length of the geometry is too large.
+    /// The drawing of a robot. `at`: values of the variables, rad (m), at which the numerically solved loops are closed;
+    /// empty without such loops. `None` if a length of the geometry is too large.
     pub fn new(robot: &Robot, at: &[f64]) -> Option<Drawing> {
         let variables = (0..robot.n_variables()).map(|k| variable(robot, k, at.get(k).copied())).collect();
         let links: Vec<Drawn> = robot.links.iter().map(|link| drawn(robot, link)).collect();
@@ -100,7 +101,7 @@ impl Drawing {
         })
     }
 
-    /// The content of a figure of class drawing, in which `templates/drawing.js` draws the robot.
+    /// The HTML content of a figure with class drawing, in which `templates/drawing.js` draws the robot.
     pub fn html(&self) -> String {
         #[derive(Serialize)]
         struct DrawingContext {
@@ -111,9 +112,9 @@ impl Drawing {
         rendered(include_str!("../templates/drawing.html"), content)
     }
 
-    /// The drawing as JSON without `<`, so that it can stand in a page.
+    /// The drawing as JSON. It contains no `<`, so it can be inserted into a page.
     pub fn to_json(&self) -> String {
-        // Cannot fail: the struct has no map with other keys than texts.
+        // This cannot fail, because all keys of maps are texts.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
@@ -124,7 +125,8 @@ fn up(robot: &Robot) -> [f64; 3] {
     if norm > 0.0 && norm.is_finite() { g.map(|x| rounded(-x / norm)) } else { [0.0, 0.0, 1.0] }
 }
 
-/// A variable with its initial value, zero or else the middle of its range, and a default range where the file gives none.
+/// Variable k with its range; the range is a default if the file gives none. The initial value is zero if it is in the range,
+/// otherwise the middle of the range.
 fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
     let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
@@ -148,7 +150,7 @@ fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     }
 }
 
-/// Half the sum of all lengths, m; 0.5 without lengths. It replaces a missing stroke of a sliding joint.
+/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot, or 0.5 without lengths.
 fn slider_stroke(robot: &Robot) -> f64 {
     let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
     let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();
@@ -191,7 +193,7 @@ fn drawn(robot: &Robot, link: &Link) -> Drawn {
     }
 }
 
-/// Rounded to nine decimals; -0 becomes 0.
+/// Rounds to nine decimals; -0 becomes 0.
 fn rounded(x: f64) -> f64 {
     (x * DECIMALS).round() / DECIMALS + 0.0
 }
@@ -213,7 +215,7 @@ mod tests {
         let drawing = Drawing::new(&robot, &[]).unwrap();
         let link = &drawing.links[1].frame;
         let pose = &robot.link_poses(&[0.0, 0.0])[1];
-        // At x_2 = offset: along z of the frame, which is (0, -1, 0) in the frame of link 1.
+        // The frame at x_2 = offset is shifted along its z axis, which is (0, -1, 0) in the frame of link 1.
         let at: Vec<f64> = (0..3).map(|r| link.place[4 * r + 3] + link.place[4 * r + 2] * link.offset).collect();
         assert!(at.iter().zip(pose.position).all(|(a, b)| (a - b).abs() < 1e-9), "{at:?} {pose:?}");
         assert_eq!(link.corners, [[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]]);

@@ -1,5 +1,5 @@
-//! An exciting motion on the page: its coordinates within their limits, the path of the tip, and the parameters that it makes
-//! identifiable.
+//! The section of the page on an exciting motion: its coordinates within their limits, the path of the end effector, and the
+//! parameters that the motion makes identifiable.
 
 use experiments::excitation::artefact::{ExcitingMotion, certificate_summary};
 use experiments::excitation::limits::LimitKind;
@@ -16,16 +16,16 @@ use crate::number::{percent, significant, unit};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// A motion with its plot data.
+/// An exciting motion with the data of its plots.
 #[derive(Clone, Copy)]
 pub struct ShownMotion<'a> {
-    /// The artefact.
+    /// The motion as it is stored in its file.
     pub artefact: &'a ExcitingMotion,
-    /// Its trajectories and its certificate.
+    /// The trajectories of the motion and its certificate.
     pub plot_data: &'a MotionPlotData,
 }
 
-/// The motion in words, rows and charts.
+/// The section on the motion: sentences, table rows and charts.
 #[derive(Serialize)]
 pub struct MotionPart {
     summary: String,
@@ -40,7 +40,7 @@ pub struct MotionPart {
     parameters: Vec<Visible>,
 }
 
-/// A row for a kind of limit.
+/// A table row on one kind of limit.
 #[derive(Serialize)]
 struct LimitRow {
     limit: String,
@@ -56,20 +56,20 @@ struct JointCharts {
     plots: Vec<String>,
 }
 
-/// A row for a parameter.
+/// A table row on one parameter.
 #[derive(Serialize)]
 struct Visible {
     name: String,
     described: String,
     deviation: String,
     relative: String,
-    /// Length of the bar, 0 to 100; `None` without a bar.
+    /// Length of the bar of the standard deviation, 0 to 100; `None` without a bar.
     bar: Option<f64>,
     remark: String,
     is_doubtful: bool,
 }
 
-/// The motion of a page.
+/// Makes the section on an exciting motion.
 pub fn motion(shown: ShownMotion) -> MotionPart {
     let ShownMotion { artefact, plot_data } = shown;
     let rows = &plot_data.certificate;
@@ -80,7 +80,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
             "The file says: {claims}. Nobody proved it for this page; [:check] does, from the motion and the model."
         ),
     };
-    // Margins have several lines, each becomes a note.
+    // The text on the margins has several lines. Each line becomes a note.
     let margins = plot_data.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
     let margins: Vec<String> = margins.lines().map(str::to_string).collect();
     let in_words = |row: &CertificateRow| {
@@ -117,7 +117,7 @@ fn figure(caption: String, chart: Chart) -> ChartFigure {
     ChartFigure { caption, svg: chart.svg() }
 }
 
-/// The charts by their file names, for a folder of pictures.
+/// The charts of the motion as SVG for a folder of pictures: file name and SVG of each.
 pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
     let of_joint = |joint: &JointCourse| {
         let file = |c: QuantityOverTime| (format!("motion_{}_{}", c.kind, joint.coordinate), c.chart().alone());
@@ -128,35 +128,35 @@ pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
     of_joints.chain(of_tip).collect()
 }
 
-/// The path of the tip, if any: file name, caption, chart.
+/// The charts of the path of the end effector, if it is known: file name, caption and chart of each.
 fn of_tip<'a>(shown: ShownMotion<'a>) -> impl Iterator<Item = (&'static str, String, Chart<'a>)> {
     shown.plot_data.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
 }
 
-/// A quantity of a coordinate over time, with its limits.
+/// The trajectory of one quantity of a coordinate over time, with its limits.
 struct QuantityOverTime<'a> {
     kind: LimitKind,
     title: String,
     axis: String,
     caption: String,
     course: &'a Envelope,
-    /// Start and end of the motion, s.
+    /// Start time and end time of the motion, s.
     span: (f64, f64),
     bounds: Option<(f64, f64)>,
     nearest: Option<(f64, f64)>,
     borders: Vec<f64>,
 }
 
-/// Name of the time axis of a motion.
+/// Name of the time axis of the exciting motion.
 pub(crate) const MOTION_TIME: &str = "motion";
 
-/// The lines of a motion for the script of a page; `None` without lines.
+/// The trajectories of the motion for the script of a page; `None` if there are none.
 pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
     let joints = shown.plot_data.joints.iter().enumerate();
     Timeline::new(joints.flat_map(|(k, joint)| joint.positions.iter().map(move |(kind, line)| (key(*kind, k), line))))
 }
 
-/// The key of a line of coordinate k; the page moves the robot along the lines with the letter q.
+/// The key of a trajectory of coordinate k. The page moves the robot along the trajectories with the letter q.
 fn key(kind: LimitKind, k: usize) -> String {
     let letter = match kind {
         LimitKind::Position => "q",
@@ -170,12 +170,12 @@ fn key(kind: LimitKind, k: usize) -> String {
 }
 
 impl QuantityOverTime<'_> {
-    /// The chart of coordinate k for the script of a page, with its legend.
+    /// The chart of coordinate k with its legend, as HTML for the script of a page.
     fn plot(&self, k: usize) -> String {
         let (key, none) = (key(self.kind, k), String::new);
         let limits = self.bounds.map(|_| (none(), "b", "limits".to_string()));
         let nearest = self.nearest.map(|_| (none(), "d", "nearest to a limit".to_string()));
-        // In the order of the chart's layers.
+        // One key per layer of the chart, in the order of the layers.
         let keys = limits.iter().map(|_| none()).chain([key.clone()]).chain(nearest.iter().map(|_| none())).collect();
         let legend = [(key, "a", "motion".to_string())].into_iter().chain(limits).chain(nearest).collect();
         let svgs = vec![self.chart().live(keys).svg()];
@@ -200,7 +200,7 @@ fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<Quantity
     let one = |(kind, course): &'a (LimitKind, Envelope)| {
         let row = plot_data.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
         let bounds = match kind {
-            // The bounds of the certificate are a share of the limit, minus dry friction.
+            // The certificate bounds torque and power at a share of the limit, minus dry friction.
             LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
             _ => joint.limits.bounds(*kind),
         };
@@ -222,7 +222,7 @@ fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<Quantity
     joint.positions.iter().map(one).collect()
 }
 
-/// The unit of a quantity; both units where it is not known whether the joint turns or slides.
+/// The unit of a quantity. It names both units if it is not known whether the joint is revolute or prismatic.
 fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     let (turns, slides) = (kind.unit(false), kind.unit(true));
     unit(&match is_prismatic {
@@ -232,16 +232,16 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     })
 }
 
-/// Share of the limit below which a value is written as zero.
+/// A value below this share of its limit is written as zero.
 const ZERO_SHARE_OF_LIMIT: f64 = 1e-9;
 
-/// The sentence of the certificate on a quantity.
+/// The caption of a chart: the statement of the certificate on this quantity.
 fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
         return format!("{name}: no limit is looked at");
     };
     let limit = bound.abs();
-    // A coordinate at rest has rounding errors, which are not shown.
+    // A coordinate at rest has small rounding errors. They are shown as zero.
     let digits = |x: f64| significant(if x.abs() < ZERO_SHARE_OF_LIMIT * limit { 0.0 } else { x }, 4);
     let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
     let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
@@ -252,7 +252,8 @@ fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     }
 }
 
-/// Views of the path along the three axes of the base frame, with floor, walls and boxes: file name, caption, chart.
+/// The path of the end effector in views along the three axes of the base frame, with floor, walls and boxes. Each view has a
+/// file name, a caption and a chart.
 fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart<'static>)> {
     let planes = [
         ("path_xy", "x and y: from above", 0, 1),
@@ -272,8 +273,8 @@ fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, Strin
     planes.map(plane).into_iter().collect()
 }
 
-/// Lines of the limits in space in a view along an axis of the base frame: the outlines of boxes, and planes that are
-/// seen edge-on, over the extent of the path. `axes`: the two axes of the view.
+/// The lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are drawn as outlines. A plane is
+/// drawn only if it is seen edge-on, over the extent of `path`. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
     let extent = |of: fn(&(f64, f64)) -> f64| {
@@ -298,20 +299,20 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     planes.filter_map(line).chain(cells).collect()
 }
 
-/// Least sine of the angle between a plane's normal and the line of sight for which the plane is drawn as a line.
+/// A plane counts as seen edge-on if the sine of the angle between its normal and the line of sight is at least this.
 const EDGE_ON_SINE: f64 = 0.9999;
 
-/// Shortest bar, in per cent of the longest, so that every bar is visible.
+/// Shortest length of a bar, in per cent of the longest bar, so that every bar is visible.
 const SHORTEST_BAR_PERCENT: f64 = 2.0;
 
-/// The parameters in the order of the motion, and a sentence on their bars. A bar is the relative standard deviation or, where
-/// no parameter has one, the standard deviation; logarithmic, between powers of ten.
+/// The parameters in the order of the motion, and a sentence on their bars. A bar shows the relative standard deviation, or
+/// the standard deviation if no parameter has a relative one. The scale is logarithmic, between powers of ten.
 fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let is_relative = parameters.iter().any(|p| p.relative_deviation.is_some());
     let shown = |p: &VisibleParameter| if is_relative { p.relative_deviation } else { p.deviation };
     let logarithms = parameters.iter().filter_map(shown).filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
     let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    // A relative standard deviation beyond 100 % has no further information.
+    // The scale ends at 100 %, because larger relative standard deviations give no further information.
     let high = if is_relative { high.ceil().min(0.0) } else { high.ceil() };
     let low = low.floor().min(high - 1.0);
     let scale = match (low.is_finite() && high.is_finite(), is_relative) {
@@ -344,7 +345,7 @@ fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     (scale, parameters.iter().map(row).collect())
 }
 
-/// A power of ten as a decimal number: `0.001`, `100`.
+/// Formats a power of ten as a decimal number: `0.001`, `100`.
 fn power_of_ten(exponent: f64) -> String {
     let digits = (-exponent).max(0.0) as usize;
     format!("{:.digits$}", 10f64.powf(exponent))
@@ -360,7 +361,7 @@ mod tests {
     fn planes_are_lines_where_they_are_seen_edge_on() {
         let wall = |normal| Wall { point: [0.5, 0.0, 0.0], normal, links: None };
         let path = [(0.0, 0.2), (0.4, 0.5)];
-        // Half of the diagonal of the path.
+        // The lines extend beyond the path by half of its diagonal.
         let radius = 0.25;
         let of = |space: SpaceLimits, axes| edges(&space, axes, &path);
         let floor = SpaceLimits { floor: Some(Floor::At(-0.1)), ..Default::default() };
@@ -370,8 +371,8 @@ mod tests {
         let mut ends = [line[0].0, line[1].0];
         ends.sort_by(f64::total_cmp);
         assert!((ends[0] - (0.2 - radius)).abs() < 1e-12 && (ends[1] - (0.2 + radius)).abs() < 1e-12, "{line:?}");
-        // x + y = 0.5 is a line only from above. x = 0.5 is a line from above and from the side, for any length of its
-        // normal.
+        // The plane x + y = 0.5 is a line only in the view from above. The plane x = 0.5 is a line from above and from the
+        // side, for any length of its normal.
         let slanting = SpaceLimits { walls: vec![wall([-2.0, -2.0, 0.0])], ..Default::default() };
         let line = &of(slanting.clone(), [0, 1])[0];
         assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");

@@ -1,4 +1,4 @@
-//! A plan and a validation, for the page.
+//! The sections of the page on an experiment plan and on a validation.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -15,18 +15,18 @@ use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// The proofs of a plan, repeated with its model.
+/// Sentences on the proofs of a plan, which were repeated with the model of the robot.
 #[derive(Clone, Debug)]
 pub struct PlanProof {
-    /// A sentence on the D-efficiency by its proof.
+    /// A sentence on the proven D-efficiency of the plan.
     pub worth: String,
-    /// A sentence on the limits of each experiment, by name.
+    /// For each experiment: its name, and a sentence on its limits.
     pub experiments: Vec<(String, String)>,
-    /// Whether all of it is proven.
+    /// Whether all statements are proven.
     pub is_kept: bool,
 }
 
-/// A plan of experiments.
+/// The section on an experiment plan.
 #[derive(Serialize)]
 pub(crate) struct PlanPart {
     summary: String,
@@ -50,7 +50,7 @@ struct Experiment {
     gain: String,
 }
 
-/// The plan in words and rows; statements of its file are marked as such.
+/// Makes the section on a plan: sentences and rows. Statements that are only read from its file are marked as such.
 pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
@@ -64,7 +64,7 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
-    // A note on an edited plan comes first.
+    // If the file was edited, the summary starts with a note on this.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
     let origin = origin(plan.checksum);
     PlanPart {
@@ -94,21 +94,21 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
     }
 }
 
-/// The beginning of the summary of a file that was changed after rist wrote it; empty otherwise.
+/// First words of the summary if a file was changed after rist wrote it; otherwise empty.
 fn origin(checksum: Checksum) -> String {
     checksum.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }
 
-/// Number of points of a line in a small picture.
+/// Number of points per line in a small chart.
 const POINTS_PER_LINE: usize = 120;
 
-/// Duration of a motion, s.
+/// Duration of a reference motion, s.
 fn seconds(reference: &Reference) -> f64 {
     reference.q.first().map_or(0, Vec::len) as f64 * reference.sample_time
 }
 
-/// A chart of each motion: the positions of all joints, over one period of a swing or a sweep there and back.
-/// There is none if a motion of the plan is invalid.
+/// One chart per motion of the plan, with the positions of all joints. A swing is shown over one period, a sweep there and
+/// back. The result is empty if a motion of the plan is invalid.
 fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {
@@ -119,7 +119,8 @@ fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
         let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
-        // The fast joint first, then other moving joints, then joints at rest: all are named.
+        // Order of the joints: the fast joint, then the other moving joints, then the joints at rest. All get a name
+        // in the legend.
         let moving = trajectory.moving();
         let mut all: Vec<usize> = (0..plan.coordinates.len().min(reference.q.len())).collect();
         all.sort_by_key(|k| (*k != trajectory.fast, !moving.contains(k)));
@@ -135,13 +136,13 @@ fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
     plan.experiments.iter().zip(&trajectories).map(picture).collect()
 }
 
-/// A validation.
+/// The section on a validation.
 #[derive(Serialize)]
 pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
-    /// Plots of each joint in the first motion.
+    /// For each joint: its plots in the first motion, as HTML.
     plots: Vec<String>,
     has_rigid: bool,
     has_white: bool,
@@ -156,7 +157,7 @@ struct JointRow {
     not_white: String,
 }
 
-/// The validation in words, rows and charts.
+/// Makes the section on a validation: sentences, rows and charts.
 pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     let or = |x: Option<f64>| x.map_or("-".into(), percent);
     let row = |j: &identification::estimate::validation::JointValidation| JointRow {
@@ -186,7 +187,7 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     }
 }
 
-/// Measured torque, predicted torque and residual of a joint in the first motion.
+/// Three lines for a joint in the first motion: measured torque, predicted torque, and residual.
 fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     let left = picture.measured.iter().zip(&picture.predicted).map(|(a, b)| a - b).collect::<Vec<_>>();
     [&picture.measured, &picture.predicted, &left].map(|values| {
@@ -196,16 +197,16 @@ fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     })
 }
 
-/// Number of spans of a line: enough for zooming in.
+/// Number of spans per line: enough detail for zooming in.
 const MOST_SPANS: usize = 2000;
 
-/// Letters of the keys of a joint's lines: measured, predicted, residual.
+/// First letters of the keys of a joint's lines: measured, predicted, residual.
 const KEYS: [&str; 3] = ["m", "p", "r"];
 
-/// Name of the time axis of the first motion.
+/// Name of the time axis of the first motion of a validation.
 pub(crate) const VALIDATION_TIME: &str = "validation";
 
-/// The lines of a validation for the script of a page; `None` without pictures.
+/// The torque lines of a validation for the script of a page; `None` if there are no plots.
 pub(crate) fn timeline(validation: &Validation) -> Option<Timeline> {
     let lines: Vec<[Envelope; 3]> = validation.pictures.iter().map(lines).collect();
     let keys = (0..lines.len()).flat_map(|k| KEYS.map(|key| format!("{key}{k}")));
@@ -228,7 +229,7 @@ fn plots(validation: &Validation) -> Vec<String> {
     validation.pictures.iter().enumerate().map(plot).collect()
 }
 
-/// Charts of the torque and of its residual: figure 2(a-c) of the paper.
+/// Two charts of a joint, torque and residual, as in figure 2(a-c) of the paper.
 fn charts<'a>(validation: &Validation, picture: &TorquePicture, lines: &'a [Envelope; 3]) -> [Chart<'a>; 2] {
     let joint = validation.joints.iter().find(|joint| joint.coordinate == picture.coordinate);
     let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));
@@ -243,7 +244,7 @@ fn charts<'a>(validation: &Validation, picture: &TorquePicture, lines: &'a [Enve
     ]
 }
 
-/// The charts of a validation as files of SVG, by name.
+/// The charts of a validation for a folder of pictures: file name and SVG of each.
 pub(crate) fn pictures(validation: &Validation) -> Vec<(String, String)> {
     let of_joint = |picture: &TorquePicture| {
         let lines = lines(picture);

@@ -1,4 +1,4 @@
-//! The axes of a chart, and the conversion of values into paths between them.
+//! The axes of a chart, and the conversion of values into SVG paths between the axes.
 
 use std::fmt::Write;
 
@@ -7,31 +7,31 @@ use identification::plot_data::envelope::Envelope;
 use crate::scale::Scale;
 use crate::text::escaped;
 
-/// Width of a chart.
+/// The two possible widths of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Width {
-    /// For several charts in a row.
+    /// Width for several charts in a row.
     Usual,
-    /// Across the page.
+    /// Width of the whole page.
     Wide,
 }
 
 impl Width {
-    /// The whole width, tenths of a pixel.
+    /// Width of the chart with its margins, tenths of a pixel.
     pub(crate) fn whole(self) -> f64 {
         if self == Width::Usual { 4800.0 } else { 7200.0 }
     }
 
-    /// Margin for the axis on the left, tenths of a pixel; letters of a wide chart are larger on a narrow screen.
+    /// Left margin, with the tick labels, tenths of a pixel. Letters of a wide chart are larger on a narrow screen.
     pub(crate) fn left(self) -> f64 {
         if self == Width::Usual { 560.0 } else { 760.0 }
     }
 }
 
-/// Margin on the right, tenths of a pixel.
+/// Right margin of a chart, tenths of a pixel.
 const RIGHT_MARGIN: f64 = 120.0;
 
-/// Scales and position of the axes, tenths of a pixel.
+/// The region between the axes of a chart: its scales, and its position in tenths of a pixel.
 pub(crate) struct AxesFrame {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
@@ -42,35 +42,36 @@ pub(crate) struct AxesFrame {
 }
 
 impl AxesFrame {
-    /// The frame of a chart of this width; `top` and `bottom`: ends of its vertical axis, tenths of a pixel.
+    /// The axes of a chart with the given width. `top`, `bottom`: ends of the vertical axis, tenths of a pixel from the top.
     pub(crate) fn new(scales: (Scale, Scale), width: Width, top: f64, bottom: f64) -> AxesFrame {
         let (x, y) = scales;
         AxesFrame { x, y, left: width.left(), right: width.whole() - RIGHT_MARGIN, top, bottom }
     }
 
-    /// Horizontal position of a value, tenths of a pixel from the left.
+    /// Horizontal position of the abscissa `x`, tenths of a pixel from the left edge of the chart.
     pub(crate) fn px(&self, x: f64) -> i64 {
         (self.left + self.x.place(x) * (self.right - self.left)).round() as i64
     }
 
-    /// Vertical position of a value, tenths of a pixel from the top. Values far outside are clamped to one height of the frame
-    /// beyond it, because browsers fail on huge coordinates.
+    /// Vertical position of a value, tenths of a pixel from the top. Values outside of the axis are clamped to one axis
+    /// length beyond its ends, because browsers fail on huge coordinates.
     pub(crate) fn py(&self, y: f64) -> i64 {
         (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
     }
 
-    /// Data for a script that draws in it: lower left and upper right corner, tenths of a pixel, and the ordinates of both.
+    /// An attribute with data for a script that draws between the axes: lower left and upper right corner, tenths of a pixel,
+    /// and the ordinates at both corners.
     pub(crate) fn for_script(&self) -> String {
         let AxesFrame { left, right, top, bottom, .. } = self;
         let (low, high) = self.y.ends();
         format!(" data-frame=\"[{left},{bottom},{right},{top},{low},{high}]\"")
     }
 
-    /// Grid, ticks and names.
+    /// Writes the grid, the tick labels and the names of the axes.
     pub(crate) fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
         let AxesFrame { left, right, .. } = self;
         let below = self.bottom + 180.0;
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail, so the results are ignored.
         for (y, text) in self.y.ticks() {
             let at = self.py(y);
             let class = if text == "0" { "zero" } else { "grid" };
@@ -89,7 +90,7 @@ impl AxesFrame {
         let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
     }
 
-    /// The path of several lines; a line of one point is a dot.
+    /// The SVG path of several lines. A line with one point is drawn as a dot.
     pub(crate) fn path(&self, pieces: &[Vec<(f64, f64)>]) -> String {
         let mut s = String::new();
         for piece in pieces {
@@ -110,7 +111,8 @@ impl AxesFrame {
         s
     }
 
-    /// Outlines of an envelope's segments: forward along the largest values, back along the smallest.
+    /// The SVG path of the area of an envelope, as an outline per segment: forward along the largest values, back
+    /// along the smallest.
     pub(crate) fn area(&self, envelope: &Envelope) -> String {
         let mut s = String::new();
         for piece in envelope.pieces() {
@@ -124,11 +126,11 @@ impl AxesFrame {
 }
 
 fn relative(s: &mut String, dx: i64, dy: i64) -> std::fmt::Result {
-    // A minus sign separates numbers like a blank.
+    // A minus sign separates two numbers, so no blank is needed.
     if dy < 0 { write!(s, "l{dx}{dy}") } else { write!(s, "l{dx} {dy}") }
 }
 
-/// The segments of an envelope of single samples, as lines.
+/// Converts the segments of an envelope to lines. Each span of the envelope must be a single sample.
 pub(crate) fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
     envelope.pieces().iter().map(|piece| piece.iter().map(|span| (span.t, span.low)).collect()).collect()
 }

@@ -1,4 +1,4 @@
-//! The page of an identification.
+//! The report page of an identification.
 
 use ::experiments::plan::experiment_plan::ExperimentPlan;
 use gate::shown;
@@ -30,41 +30,41 @@ const STYLE: &str = concat!(
     include_str!("../templates/drawing.css")
 );
 
-/// The content of the page. A part that is not given is left out.
+/// The content of the page. A part that is `None` is omitted.
 #[derive(Clone, Copy, Default)]
 pub struct Page<'a> {
-    /// The robot, for rules, meanings, limits and the values of the description.
+    /// The robot: source of the regrouping rules, parameter meanings, limits and nominal values.
     pub subject: Option<Subject<'a>>,
-    /// The experiments that were planned.
+    /// The plan of the experiments.
     pub plan: Option<&'a ExperimentPlan>,
-    /// Their repeated proofs.
+    /// The repeated proofs of the plan.
     pub plan_proof: Option<&'a PlanProof>,
-    /// The exciting motion.
+    /// The exciting motion with its plot data.
     pub motion: Option<ShownMotion<'a>>,
-    /// The parameters.
+    /// The estimate of the parameters.
     pub estimate: Option<&'a Estimate>,
-    /// Another estimate for comparison.
+    /// Another estimate with which `estimate` is compared.
     pub against: Option<OtherEstimate<'a>>,
-    /// Plot data of logs and the predictions of the estimate.
+    /// Plots of the logs and of the torques that the estimate predicts.
     pub plot_data: Option<&'a PlotData>,
-    /// Its errors on other logs.
+    /// The prediction errors of the estimate on other logs.
     pub validation: Option<&'a Validation>,
-    /// Whether to trust it.
+    /// The verdict: how far the estimate can be trusted.
     pub verdict: Option<&'a Verdict>,
-    /// The origin of the page.
+    /// Date, program version and command of the page.
     pub origin: Origin<'a>,
 }
 
-/// The origin of a page.
+/// Date, program version, command line and model file of a page.
 #[derive(Clone, Copy, Default)]
 pub struct Origin<'a> {
-    /// The date, as the user gave it.
+    /// The date as the user gave it; `None` without a date.
     pub date: Option<&'a str>,
-    /// Version of the program.
+    /// Version of rist.
     pub version: &'a str,
     /// The command line that made the page.
     pub command: &'a str,
-    /// Path of the description.
+    /// Path of the robot description; `None` if there is none.
     pub model: Option<&'a str>,
 }
 
@@ -75,9 +75,9 @@ struct IdentificationContext {
     name: String,
     title: String,
     kind: &'static str,
-    /// The lines over each time axis, by its name, as JSON that is safe in a page.
+    /// For each time axis: its name, and its lines as JSON that is safe to insert into a page.
     times: Vec<(&'static str, String)>,
-    /// The robot, and the time axis along which it moves.
+    /// The robot as HTML, and the name of the time axis along which it moves.
     drawing: Option<(String, &'static str)>,
     has_nominal: bool,
     verdict: Option<VerdictPart>,
@@ -94,7 +94,7 @@ struct PlotPart {
     joints: Vec<JointSection>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
-    /// Number of samples per span of the drawn lines, if more than one.
+    /// Number of samples per span of the drawn lines; `None` if it is one.
     thinned: Option<usize>,
     used: Vec<Used>,
     map: Option<MapPart>,
@@ -123,7 +123,7 @@ struct VerdictPart {
     reasons: Vec<String>,
     next: String,
     uses: Vec<UsePart>,
-    /// A sentence on each claim that is not contradicted.
+    /// One sentence per claim that is not contradicted.
     claims: Vec<String>,
     grades: Option<Grades>,
 }
@@ -151,12 +151,12 @@ struct Tenth {
 }
 
 impl Page<'_> {
-    /// The page as HTML.
+    /// The whole page as HTML.
     pub fn html(&self) -> String {
         rendered(include_str!("../templates/identification.html"), self.content())
     }
 
-    /// Its charts as files of SVG, by name.
+    /// The charts of the page for a folder of pictures: file name and SVG of each.
     pub fn pictures(&self) -> Vec<(String, String)> {
         let of_logs = self.plot_data.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_validation = self.validation.map(experiments::pictures).unwrap_or_default();
@@ -164,7 +164,8 @@ impl Page<'_> {
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
-            // Names of joints may only differ by characters that file names cannot contain.
+            // Names of joints can differ only in characters that file names cannot contain. So an underscore is added to
+            // equal file names.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
                 name.push('_');
@@ -200,7 +201,7 @@ impl Page<'_> {
     }
 
     fn plot_part(&self, plot_data: &PlotData) -> PlotPart {
-        // Number of samples per step of the static charts.
+        // Number of samples per span in the charts that are not redrawn.
         let thinned = |j: &JointPlotData| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
         PlotPart {
             joints: joints::joints(plot_data, self.estimate),
@@ -228,7 +229,8 @@ impl Page<'_> {
         }
     }
 
-    /// The heading of the page: by its last part in the order plan, motion, validation, estimate.
+    /// The heading of the page. It depends on the latest result that the page has, in the order plan,
+    /// motion, validation, estimate.
     fn kind(&self) -> &'static str {
         match (self.estimate, self.validation, self.motion, self.plan) {
             (Some(_), ..) if self.against.is_some() => "Two estimates compared",
@@ -241,7 +243,7 @@ impl Page<'_> {
         }
     }
 
-    /// The time axes of a page by their names.
+    /// For each time axis of the page: its name, and its lines as JSON.
     fn times(&self) -> Vec<(&'static str, String)> {
         let of_logs = self.plot_data.and_then(joints::timeline);
         let of_motion = self.motion.and_then(excitation::timeline);
@@ -250,15 +252,15 @@ impl Page<'_> {
         all.into_iter().filter_map(|(name, time)| Some((name, time?.to_json()))).collect()
     }
 
-    /// The robot and the time axis along which it moves: the logs, or else the motion. A robot with numerically solved loops is
-    /// only drawn on its own page, which has the script that closes them.
+    /// The robot, and the name of the time axis along which it moves: the logs, or else the exciting motion. `None` for a
+    /// robot with numerically solved loops: only the page of the robot itself has the script that closes them.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
         let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;
         Some((Drawing::new(robot, &[])?.html(), along))
     }
 
-    /// The scripts of the parts that a page has.
+    /// The scripts that the page needs for its sections.
     fn script(&self, has_times: bool, has_map: bool, has_drawing: bool) -> String {
         let parts = [
             (true, include_str!("../templates/dom.js")),
@@ -279,7 +281,7 @@ impl Page<'_> {
         of_estimate.or_else(of_plan).or_else(of_motion).or_else(of_validation).unwrap_or_else(|| "robot".into())
     }
 
-    /// Facts on the origin of the data, each with its heading.
+    /// Facts on the origin of the data: heading and text of each.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A map of the correlations of parameters, and the leverage of the rows in each parameter.
+//! A map of the correlations between parameters, and the leverage of the rows (joints and time intervals) in each parameter.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};
@@ -8,51 +8,52 @@ use std::fmt::Write;
 use crate::number::significant;
 use crate::timeline::letters;
 
-/// The map and the rows of a page; `templates/map.js` makes them interactive.
+/// The correlation map and the table of leverages of a page. `templates/map.js` makes them interactive.
 #[derive(Serialize)]
 pub(crate) struct MapPart {
     /// Names of the parameters, in the order of the map.
     names: Vec<String>,
     svg: String,
     json: String,
-    /// The most correlated pairs, each with its correlation.
+    /// The most correlated pairs of parameters: two names and the correlation.
     pairs: Vec<(String, String, String)>,
-    /// Index of the parameter that is shown first, and for each joint its leverage and the levels of the intervals of time, from
-    /// 0 to 1.
+    /// Index of the parameter that is shown first. `rows`, for each joint: its name, its leverage in this parameter, and the
+    /// levels of the time intervals from 0 to 1.
     picked: usize,
     rows: Vec<(String, String, Vec<String>)>,
-    /// Step between the instants that were evaluated.
+    /// Step between the evaluated samples: every n-th sample is used.
     every: usize,
-    /// Length of an interval of time.
+    /// Length of a time interval, as text.
     part: String,
 }
 
-/// Data for the script.
+/// The data of the map for the script.
 #[derive(Serialize)]
 struct Data<'a> {
     names: &'a [String],
     joints: Vec<&'a str>,
     parts: usize,
-    /// Two letters per pair, i > j: 2047 (rho + 1).
+    /// Correlation rho of each pair i > j in two letters: 2047 (rho + 1).
     rho: String,
-    /// A letter per interval: 63 sqrt(leverage / largest leverage of the parameter), by parameter, joint and interval.
+    /// Leverage of each time interval in one letter: 63 sqrt(leverage / largest leverage in the parameter). Order: by
+    /// parameter, joint and interval.
     shares: String,
-    /// The leverage of each joint, by parameter.
+    /// For each parameter, the leverage of each joint.
     sums: Vec<Vec<f64>>,
 }
 
-/// Steps of |rho| that the map distinguishes; below the first, a square is white.
+/// The map distinguishes these levels of |rho|. A square below the first level is white.
 const CORRELATION_LEVELS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// Largest code of one letter.
+/// Largest number that one letter can encode.
 const LARGEST_LETTER: f64 = 63.0;
-/// Steps between rho = 0 and rho = 1 in two letters.
+/// Number of steps between rho = 0 and rho = 1 in the two-letter code.
 const RHO_STEPS: f64 = 2047.0;
-/// Largest number of pairs that are named.
+/// Largest number of correlated pairs that are listed by name.
 const PAIRS_IN_WORDS: usize = 6;
-/// Least |rho| of a pair that is named.
+/// A pair is listed by name only if its |rho| is at least this.
 const NAMED_CORRELATION: f64 = 0.5;
 
-/// The map of plot data; `None` where fewer than two parameters are identifiable.
+/// The map of the correlations; `None` if fewer than two parameters are identifiable.
 pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     let found = &plot_data.information;
     let names: Vec<String> = found.parameters.iter().map(ToString::to_string).collect();
@@ -62,7 +63,7 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     let joints: Vec<&str> = plot_data.joints.iter().map(|j| j.coordinate.as_str()).collect();
     let of_joint = joints.len() * PARTS_OF_TIME;
     let by_parameter: Vec<&[f64]> = found.shares.chunks(of_joint.max(1)).collect();
-    // Sums are rounded to four decimals.
+    // The leverages are rounded to four decimals.
     let sum = |shares: &[f64]| (1e4 * shares.iter().sum::<f64>()).round() / 1e4;
     let sums: Vec<Vec<f64>> = by_parameter.iter().map(|of| of.chunks(PARTS_OF_TIME).map(sum).collect()).collect();
     let level = |share: &f64, largest: f64| if largest > 0.0 { (share / largest).sqrt() } else { 0.0 };
@@ -72,7 +73,7 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     };
     let rho = found.correlation.iter().map(|rho| letters((RHO_STEPS * (rho + 1.0)).round() as u32, 2)).collect();
     let shares = by_parameter.iter().map(text).collect();
-    // The page first shows the parameter with the largest correlation.
+    // The page first shows a parameter of the pair with the largest correlation.
     let pairs = strongest(found);
     let picked = pairs.first().map_or(0, |pair| pair.1);
     let (first, of_first) = (by_parameter.get(picked)?, sums.get(picked)?);
@@ -83,7 +84,7 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     };
     let rows = joints.iter().zip(of_first).zip(first.chunks(PARTS_OF_TIME)).map(row).collect();
     let data = Data { names: &names, joints: joints.clone(), parts: PARTS_OF_TIME, rho, shares, sums: sums.clone() };
-    // Cannot fail: texts and numbers without maps. `<` is escaped, so that no text closes the script.
+    // This cannot fail: the data has only texts and numbers. `<` is escaped, so no text can close the script.
     let json = gate::shown::json(&serde_json::to_string(&data).unwrap_or_default()).replace('<', "\\u003c");
     let named = |(rho, i, j): &(f64, usize, usize)| (names[*i].clone(), names[*j].clone(), format!("{rho:.2}"));
     Some(MapPart {
@@ -98,13 +99,13 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     })
 }
 
-/// A share as per cent, in the same form as in the script.
+/// A share as text in per cent, in the form that the script also uses.
 fn per_cent(share: f64) -> String {
     let digits = usize::from(share < 0.1);
     format!("{:.digits$} %", 100.0 * share)
 }
 
-/// rho, i and j of all pairs, sorted by |rho|, the largest first.
+/// rho, i and j of all pairs of parameters, sorted by |rho|; the largest comes first.
 fn strongest(found: &Information) -> Vec<(f64, usize, usize)> {
     let below = (0..found.parameters.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut pairs: Vec<_> = found.correlation.iter().zip(below).map(|(rho, (i, j))| (*rho, i, j)).collect();
@@ -112,14 +113,14 @@ fn strongest(found: &Information) -> Vec<(f64, usize, usize)> {
     pairs
 }
 
-/// A square per pair, a row per parameter: one path per level and sign.
+/// The map as SVG: one row per parameter, one square per pair. All squares with the same level and sign form one path.
 fn svg(found: &Information) -> String {
     let p = found.parameters.len();
     let mut paths = vec![[String::new(), String::new()]; CORRELATION_LEVELS.len()];
     for (rho, i, j) in strongest(found) {
         let Some(level) = CORRELATION_LEVELS.iter().rposition(|least| rho.abs() >= *least) else { break };
         let path = &mut paths[level][usize::from(rho < 0.0)];
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail, so the result is ignored.
         let _ = write!(path, "M{j} {i}.5h1M{i} {j}.5h1");
     }
     let mut s = format!(

@@ -1,4 +1,4 @@
-//! The joints: the components of each torque, the residual, and whether the residual is noise.
+//! The section of the page on each joint: the components of its torque, the residual, and whether the residual is noise.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};
@@ -13,18 +13,18 @@ use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// A joint of the page.
+/// The section on one joint.
 #[derive(Serialize)]
 pub(crate) struct JointSection {
     name: String,
-    /// Relative error on the logs of the plot data.
+    /// Relative error of the torque on the logs that are plotted.
     relative: String,
     rms: String,
     held_out: String,
     memory: String,
-    /// Shares of the components of the torque, each with its name, in per cent of their sum.
+    /// Shares of the components of the torque in per cent of their sum, each with its name.
     shares: Vec<Share>,
-    /// Torque and residual, one below the other.
+    /// The plots of torque and residual, one below the other, as HTML.
     plot: String,
     charts: Vec<ChartFigure>,
 }
@@ -44,15 +44,15 @@ pub(crate) struct ChartFigure {
     pub svg: String,
 }
 
-/// Autocorrelation time over the time of filtered noise, below which a residual counts as noise.
+/// A residual counts as noise if its autocorrelation time is below this multiple of the time of filtered noise.
 const NOISE_TIME_RATIO: f64 = 1.5;
-/// Largest frequency of a drawn spectrum, over the cut-off.
+/// Largest frequency of a drawn spectrum, as a multiple of the cut-off frequency.
 const SHOWN_FREQUENCY_RATIO: f64 = 1.3;
 
-/// Classes of the style sheet for the components of a torque, in their order.
+/// CSS classes for the components of a torque, in the order of the components.
 const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
-/// The joints of plot data. `estimate` gives the errors on held-out data and the cut-off.
+/// The sections on all joints. `estimate` supplies the errors on held-out data and the cut-off frequency.
 pub(crate) fn joints(plot_data: &PlotData, estimate: Option<&Estimate>) -> Vec<JointSection> {
     plot_data.joints.iter().enumerate().map(|(k, joint)| one(k, joint, plot_data, estimate)).collect()
 }
@@ -79,7 +79,8 @@ fn one(k: usize, joint: &JointPlotData, plot_data: &PlotData, estimate: Option<&
     }
 }
 
-/// The autocorrelation time of a residual, s, compared with noise after the same filter.
+/// A text on the autocorrelation time of a residual, s, compared with white noise after the same filter. `cutoff`:
+/// cut-off frequency, Hz.
 fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     let seconds = format!("{} s", significant(memory, 2));
     match cutoff.map(|hz| memory * hz / NOISE_MEMORY_PERIODS) {
@@ -89,7 +90,7 @@ fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     }
 }
 
-/// The charts of a joint by their file names, for a folder of pictures.
+/// The charts of all joints for a folder of pictures: file name and chart of each.
 pub(crate) fn pictures<'a>(plot_data: &'a PlotData, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
     let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
@@ -107,13 +108,13 @@ fn charts(joint: &JointPlotData, plot_data: &PlotData, memory: Option<f64>, cuto
 /// Name of the time axis of the logs.
 pub(crate) const LOG_TIME: &str = "log";
 
-/// The time axis of the plots, with the torques, the residual and the position of each joint, for the script of a page.
-/// `None` without samples.
+/// The torques, the residual and the position of each joint over the time axis of the logs, for the script of a page. `None`
+/// if there are no samples.
 pub(crate) fn timeline(plot_data: &PlotData) -> Option<Timeline> {
     Timeline::new(plot_data.joints.iter().enumerate().flat_map(|(k, joint)| lines(k, joint)))
 }
 
-/// The lines of joint k by their keys.
+/// The lines of joint k: key and data of each.
 fn lines(k: usize, joint: &JointPlotData) -> Vec<(String, &Envelope)> {
     let nominal = joint.nominal.as_ref().map(|line| (format!("d{k}"), line));
     let keys = ["m", "p", "r", "q"].map(|key| format!("{key}{k}"));
@@ -121,7 +122,7 @@ fn lines(k: usize, joint: &JointPlotData) -> Vec<(String, &Envelope)> {
     keys.into_iter().zip(lines).chain(nominal).collect()
 }
 
-/// The torques and the residual of joint k, for a script; the legend of the page has the names of the lines.
+/// The plots of torque and residual of joint k as HTML for a script. The legend is part of the page.
 fn plot(k: usize, joint: &JointPlotData, plot_data: &PlotData) -> String {
     let key = |letter: &str| format!("{letter}{k}");
     let span = plot_data.logs.first().zip(plot_data.logs.last()).map_or((0.0, 1.0), |(a, b)| (a.from, b.to));
@@ -137,7 +138,7 @@ fn plot(k: usize, joint: &JointPlotData, plot_data: &PlotData) -> String {
     Plot { time: LOG_TIME, caption, legend, svgs }.html()
 }
 
-/// File name, caption and chart of the torque and of the residual.
+/// Two charts of a joint, of the torque and of the residual: file name, caption and chart of each.
 fn torques<'a>(joint: &'a JointPlotData, plot_data: &PlotData) -> [(&'static str, String, Chart<'a>); 2] {
     let unit = joint.unit.as_str();
     let band = INTERVAL * joint.residual_rms;
@@ -156,13 +157,13 @@ fn torques<'a>(joint: &'a JointPlotData, plot_data: &PlotData) -> [(&'static str
     ]
 }
 
-/// An empty chart of a joint over time, with a vertical line between logs.
+/// An empty chart of a joint over time, with a vertical line between two logs.
 fn over_time<'a>(title: &str, joint: &JointPlotData, plot_data: &PlotData) -> Chart<'a> {
     let borders: Vec<f64> = plot_data.logs.iter().skip(1).map(|log| log.from).collect();
     Chart::new(format!("{title} of {}", joint.coordinate), ("time, s", &joint.unit)).with_zero().borders(borders)
 }
 
-/// File name, caption and chart of all other charts.
+/// All other charts of a joint: file name, caption and chart of each.
 fn drawn<'a>(
     joint: &'a JointPlotData,
     plot_data: &'a PlotData,
@@ -208,7 +209,7 @@ fn friction_caption(joint: &JointPlotData) -> String {
 fn spectrum<'a>(joint: &JointPlotData, name: &str, unit: &str, cutoff: Option<f64>) -> Chart<'a> {
     let density = format!("{unit}/√Hz");
     let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        // Far beyond the cut-off the filter removes the signal.
+        // Frequencies far above the cut-off are not drawn, because the filter removes the signal there.
         points.iter().copied().filter(|p| cutoff.is_none_or(|hz| p.0 <= SHOWN_FREQUENCY_RATIO * hz)).collect()
     };
     let residual = shown(&joint.residual_spectrum);

@@ -1,13 +1,13 @@
-//! Pages for users: one file of HTML each, which loads no other file.
+//! HTML pages for users. Each page is one file and loads no other file.
 //!
-//! [`identification::Page`] presents an identification: its verdict with the trust by purpose and joint, the torques and
-//! residuals of each joint, the moving robot, the parameters with their meaning, their correlations and the leverage of the
-//! rows, the motion compared with the limits, and, if given, the plan, an exciting motion, the validation and another
-//! estimate. Lines over time (`timeline`) can be zoomed.
+//! [`identification::Page`] presents an identification: its verdict with the trust by purpose and joint; the torques and
+//! residuals of each joint; the moving robot; the parameters with their meaning, correlations and leverages; and the motion
+//! compared with the limits. If given, it also presents the plan, an exciting motion, the validation and another estimate.
+//! Lines over time (`timeline`) can be zoomed.
 //!
-//! [`robot`] shows a description: a drawing ([`drawing`]), links, base parameters, and the base parameters that contain the
-//! ten numbers of each link. Texts are in `templates/`, with the scripts ([`compact`]); charts are SVG ([`chart`]). A page
-//! depends only on its content: no clock is read, and the caller gives the date.
+//! [`robot`] presents a robot description: a drawing ([`drawing`]), the links, the base parameters, and the base parameters
+//! that contain the ten inertial parameters of each link. Texts and scripts ([`compact`]) are in `templates/`; charts are SVG
+//! ([`chart`]). A page depends only on its content: the caller supplies the date, and no clock is read.
 
 #![warn(missing_docs)]
 

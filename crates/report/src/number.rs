@@ -1,6 +1,6 @@
-//! Numbers with their significant digits, as text.
+//! Formats numbers with significant digits.
 
-/// `x` with `digits` significant digits. Very small and very large numbers have an exponent.
+/// The text of `x` with `digits` significant digits. Very small and very large numbers have an exponent.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "-".into() };
@@ -13,7 +13,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
-/// A value and half of its interval, both rounded to the second significant digit of the half.
+/// The texts of a value and of half of its interval. Both are rounded to the second significant digit of the half interval.
 pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     if !(half > 0.0 && half.is_finite()) {
         return (significant(value, 4), String::new());
@@ -26,10 +26,10 @@ pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     (format!("{value:.decimals$}"), format!("{half:.decimals$}"))
 }
 
-/// A narrow no-break space, and the sign.
+/// Per cent sign after a narrow no-break space.
 const PERCENT_SIGN: &str = "\u{202f}%";
 
-/// A share as per cent: `0.53 %`, `14.5 %`.
+/// A share as text in per cent: `0.53 %`, `14.5 %`.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
         x if !x.is_finite() => "-".into(),
@@ -39,7 +39,7 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A unit with raised exponents: `kg m²`.
+/// The text of a unit with raised exponents: `kg m²`.
 pub fn unit(text: &str) -> String {
     text.replace("^2", "²").replace("^3", "³")
 }

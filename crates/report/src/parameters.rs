@@ -1,4 +1,4 @@
-//! The table of parameters: grouped by link, each with its interval, its meaning and its nominal value.
+//! The table of the parameters, grouped by link: each has its interval, its meaning and its nominal value.
 
 use std::collections::BTreeMap;
 
@@ -14,18 +14,18 @@ use serde::Serialize;
 use crate::number::{percent, significant, unit, with_interval};
 use crate::sheet::link_title;
 
-/// The robot behind an estimate.
+/// The robot to which an estimate belongs.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
-    /// The description.
+    /// The robot description.
     pub robot: &'a Robot,
-    /// Its base parameters.
+    /// The base parameters of the robot.
     pub parameters: &'a BaseParameters,
-    /// The base parameters by the inertials of the description, in their order; `None` where it has none.
+    /// Nominal values of the base parameters, in the order of `parameters`; `None` if the description has no inertials.
     pub described: Option<&'a [f64]>,
 }
 
-/// The parameters of one link.
+/// The table rows for the parameters of one link.
 #[derive(Serialize)]
 pub(crate) struct LinkParameters {
     title: String,
@@ -39,15 +39,15 @@ struct ParameterRow {
     value: String,
     half: String,
     unit: String,
-    /// Number by which the script of the page sorts.
+    /// The value as a number, by which the script of the page sorts.
     number: f64,
-    /// |value| / sigma; 0 where it is not identifiable.
+    /// |value| / sigma; 0 if the parameter is not identifiable.
     deviations: f64,
-    /// Length of the bar of its significance, 0 to 100.
+    /// Length of the bar that shows |value| / sigma, 0 to 100.
     bar: f64,
     relative: String,
     described: String,
-    /// Difference between the nominal value and the estimate, in standard deviations.
+    /// Difference between the nominal value and the estimate, in standard deviations; `None` without a nominal value.
     off: Option<f64>,
     meaning: String,
     rule: String,
@@ -55,10 +55,10 @@ struct ParameterRow {
     is_doubtful: bool,
 }
 
-/// Standard deviations at which a bar of significance is full.
+/// Value of |value| / sigma at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 50.0;
 
-/// The parameters of an estimate by link.
+/// The table of the parameters of an estimate, grouped by link.
 pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<LinkParameters> {
     let nominal: BTreeMap<String, NominalValue> = subject.map(nominal_by_parameter).unwrap_or_default();
     let mut groups: Vec<LinkParameters> = Vec::new();
@@ -73,7 +73,7 @@ pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<LinkP
     groups
 }
 
-/// Data of the description on a base parameter.
+/// Data of the robot description on one base parameter.
 struct NominalValue {
     link: String,
     meaning: String,
@@ -96,7 +96,7 @@ fn nominal_by_parameter(subject: Subject) -> BTreeMap<String, NominalValue> {
     parameters.base.iter().enumerate().map(one).collect()
 }
 
-/// The group of a parameter: its link, or for friction the link of its joint.
+/// The title of the group to which a parameter belongs: its link, or for friction the link of its joint.
 fn title(id: &ParameterId, subject: Option<Subject>, nominal: &BTreeMap<String, NominalValue>) -> String {
     let label = match id {
         ParameterId::Base(name) => match nominal.get(&id.to_string()) {
@@ -126,7 +126,7 @@ fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalV
         None => ("not identifiable".into(), String::new()),
     };
     let number = parameter.value.unwrap_or(0.0);
-    // The value, and the difference to the nominal value, in standard deviations.
+    // Ratios to sigma: of the value, and of its difference from the nominal value.
     let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
     let described = nominal.and_then(|nominal| nominal.described);
     let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);
@@ -154,7 +154,7 @@ fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalV
     }
 }
 
-/// The meaning of a base parameter by its name, without the description.
+/// The meaning of a base parameter, derived from its name only.
 fn of_base(name: &BaseName) -> String {
     let label = name.label.to_string();
     let link = label.trim_start_matches('_');
@@ -176,7 +176,7 @@ fn of_base(name: &BaseName) -> String {
     format!("{what}{lever}{others}")
 }
 
-/// The meaning of a parameter that has no rule.
+/// The meaning of a parameter that has no regrouping rule.
 fn meaning(id: &ParameterId) -> String {
     let text = match id {
         ParameterId::Base(name) => return of_base(name),

@@ -1,4 +1,4 @@
-//! The sheet of a robot as text, Markdown, LaTeX and HTML.
+//! Writes the sheet of a robot as text, Markdown, LaTeX and HTML.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use crate::sheet::Sheet;
 use crate::template::{self, rendered};
 use crate::wrap::{table, wrapped};
 
-/// Text for a terminal, with lines of `width` characters.
+/// The sheet as text for a terminal, with lines of at most `width` characters.
 pub fn text(sheet: &Sheet, width: usize) -> String {
     let mut s = wrapped(&format!("{}: {}", sheet.name, sheet.summary), 0, 2, width);
     if let Some(source) = &sheet.source {
@@ -37,7 +37,7 @@ pub fn text(sheet: &Sheet, width: usize) -> String {
     s += "\n";
     let _ = writeln!(s, "{}:", sheet.count);
     for group in &sheet.groups {
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail, so the results are ignored.
         let _ = writeln!(s, "{}", group.title);
         let names = group.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
         let indent = names + 4;
@@ -66,23 +66,24 @@ pub fn text(sheet: &Sheet, width: usize) -> String {
     s
 }
 
-/// Markdown, with tables.
+/// The sheet as Markdown, with tables.
 pub fn markdown(sheet: &Sheet) -> String {
     template::markdown(include_str!("../templates/robot.md"), sheet)
 }
 
-/// A fragment of LaTeX: tables for a paper, with `booktabs` and `longtable`.
+/// The sheet as a fragment of LaTeX: tables for a paper. It needs the packages `booktabs` and `longtable`.
 pub fn latex(sheet: &Sheet) -> String {
     template::latex(include_str!("../templates/robot.tex"), sheet)
 }
 
-/// A page that draws the robot; selecting a base parameter or a link shows how parameters were regrouped.
+/// The sheet as an HTML page that draws the robot. If the reader selects a base parameter or a link, the page shows how its
+/// parameters were regrouped.
 pub fn html(sheet: &Sheet) -> String {
     #[derive(serde::Serialize)]
     struct RobotContext<'a> {
         style: &'static str,
         script: String,
-        /// The content of the figure with the robot; `None` without a drawing.
+        /// HTML content of the figure with the robot; `None` without a drawing.
         drawing: Option<String>,
         robot: &'a Sheet,
     }

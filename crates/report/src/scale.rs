@@ -1,6 +1,6 @@
-//! Axes: the conversion of values into positions, and ticks at round numbers.
+//! The scale of an axis: converts values into positions, and finds ticks at round numbers.
 
-/// An axis; its ends differ.
+/// The scale of an axis. Its two ends always differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     low: f64,
@@ -9,7 +9,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis over finite values; `margin`: margin at both ends, as a share of their range.
+    /// A linear axis that includes all finite values. `margin`: added at both ends, as a share of the range of the values.
     pub fn linear(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
         let (low, high) = ends(values);
         let (low, high) = match high - low {
@@ -20,7 +20,7 @@ impl Scale {
         Scale { low, high, is_logarithmic: false }
     }
 
-    /// A logarithmic axis over positive values; with `round` it ends at powers of ten.
+    /// A logarithmic axis that includes all positive values. With `round` it ends at powers of ten.
     pub fn logarithmic(values: impl Iterator<Item = f64>, round: bool) -> Scale {
         let (low, high) = ends(values.filter(|x| *x > 0.0).map(f64::log10));
         let (low, high) = if round { (low.floor(), high.ceil()) } else { (low, high) };
@@ -28,29 +28,30 @@ impl Scale {
         Scale { low, high, is_logarithmic: true }
     }
 
-    /// The length of the axis; in powers of ten on a logarithmic axis.
+    /// The length of the axis in units of the values; for a logarithmic axis the number of decades.
     pub fn length(&self) -> f64 {
         self.high - self.low
     }
 
-    /// Its ends.
+    /// The lower and the upper end of the axis; exponents of ten for a logarithmic axis.
     pub(crate) fn ends(&self) -> (f64, f64) {
         (self.low, self.high)
     }
 
-    /// The axis with another length and the same middle.
+    /// An axis with another length and the same middle.
     pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
     }
 
-    /// Position of a value: 0 and 1 at the ends, outside of them beyond the ends.
+    /// The position of a value on the axis: 0 at the lower end, 1 at the upper end. A value outside has a position below 0
+    /// or above 1.
     pub fn place(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(f64::MIN_POSITIVE).log10() } else { value };
         (value - self.low) / (self.high - self.low)
     }
 
-    /// Some round numbers on the axis with their texts.
+    /// Ticks at round numbers on the axis, with their labels.
     pub fn ticks(&self) -> Vec<(f64, String)> {
         if self.is_logarithmic {
             return self.decades();
@@ -69,14 +70,14 @@ impl Scale {
         (0..12).map(tick).take_while(|x| *x <= self.high + 1e-9 * step).map(|x| (x, text(x))).collect()
     }
 
-    /// Ticks at powers of ten; on a short axis also at twos and fives.
+    /// Ticks at powers of ten; on a short axis also at two and five times these powers.
     fn decades(&self) -> Vec<(f64, String)> {
         let factors: &[f64] = if self.high - self.low > 1.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let between = self.low.floor() as i32..=self.high.ceil() as i32;
         let all = between.flat_map(|k| factors.iter().map(move |f| f * 10f64.powi(k)));
         let inside = |x: &f64| (-1e-9..=1.0 + 1e-9).contains(&self.place(*x));
         let mut ticks: Vec<f64> = all.filter(inside).collect();
-        // On a long axis, only every second or third decade is labelled.
+        // If there are many decades, only every second or third of them is labelled.
         let step = ticks.len().div_ceil(6).max(1);
         ticks = ticks.into_iter().step_by(step).collect();
         let text = |x: f64| if (0.001..10_000.0).contains(&x) { format!("{}", trimmed(x)) } else { format!("{x:.0e}") };
@@ -84,7 +85,7 @@ impl Scale {
     }
 }
 
-/// A power of ten times one, two or five, without rounding errors.
+/// Removes the rounding error of a power of ten times one, two or five.
 fn trimmed(x: f64) -> f64 {
     format!("{x:.0e}").parse().unwrap_or(x)
 }

@@ -1,5 +1,6 @@
-//! The sheet of a description: links, base parameters by link with meaning, value and rule, and the base parameters that
-//! contain the ten numbers of each link. [`crate::robot`] writes it as text, Markdown, LaTeX and HTML.
+//! The sheet of a robot description: the links, the base parameters of each link with meaning, value and rule, and the base
+//! parameters that contain the ten inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown,
+//! LaTeX and HTML.
 
 use std::collections::BTreeMap;
 
@@ -12,122 +13,122 @@ use serde::Serialize;
 use crate::drawing::Drawing;
 use crate::number::significant;
 
-/// The content of the sheet.
+/// The content of the sheet of a robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sheet {
     /// Name of the robot.
     pub name: String,
-    /// `2 links, 2 coordinates, 1 loop`.
+    /// The size of the robot in words: `2 links, 2 coordinates, 1 loop`.
     pub summary: String,
-    /// Source of the description.
+    /// Source of the robot description; `None` if it states none.
     pub source: Option<String>,
-    /// Notes on values that the reader guessed or replaced.
+    /// Notes on values that were guessed or replaced when the description was read.
     pub notes: Vec<String>,
-    /// Names and values of lengths and angles.
+    /// The symbols of the robot (lengths and angles): name and value of each.
     pub symbols: Vec<(String, String)>,
     /// The links, in the order of the description.
     pub links: Vec<LinkLine>,
-    /// `7 base parameters of 22 standard ones`.
+    /// Number of base parameters as text: `7 base parameters of 22 standard ones`.
     pub count: String,
-    /// Base parameters by link.
+    /// The base parameters, grouped by link.
     pub groups: Vec<LinkBaseParameters>,
-    /// Rules of regrouped parameters that are no base parameters, where rules are nested.
+    /// Only for nested rules: rules of regrouped parameters that are not base parameters themselves.
     pub regrouped: Vec<String>,
-    /// Standard parameters that have no effect on the torque.
+    /// Names of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
-    /// The drawing of the robot for a page; `None` where its lengths cannot be drawn.
+    /// The drawing of the robot for a page; `None` if its lengths are too large to draw.
     #[serde(skip)]
     pub drawing: Option<Drawing>,
-    /// The base parameters that contain each standard parameter, by link, in the order of the links.
+    /// For each link: the base parameters that contain each of its standard parameters.
     pub regroupings: Vec<LinkRegrouping>,
-    /// The evidence for the number of base parameters, in sentences.
+    /// Sentences on the evidence that the number of base parameters is correct.
     pub evidence: Vec<String>,
-    /// Functions with the multiplications, additions, and sines and cosines of one call.
+    /// For each function: name, and the numbers of multiplications, of additions, and of sines and cosines in one call.
     pub operations: Vec<(String, usize, usize, usize)>,
 }
 
-/// A link in one line.
+/// The table row of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkLine {
-    /// Its number, from 1.
+    /// Number of the link, counted from 1.
     pub number: usize,
-    /// Its name in the file.
+    /// Name of the link in the file.
     pub name: String,
-    /// Name of its joint.
+    /// Name of the joint of the link.
     pub joint: String,
-    /// revolute, prismatic or fixed.
+    /// Type of the joint: revolute, prismatic or fixed.
     pub kind: &'static str,
-    /// Its antecedent, or base.
+    /// Name of the antecedent of the link, or `base`.
     pub on: String,
-    /// The coordinates that its joint follows.
+    /// Names of the coordinates that move the joint.
     pub moves_with: String,
-    /// The non-zero parameters of its frame: `alpha -pi/2, d L1`.
+    /// The non-zero parameters of the link frame: `alpha -pi/2, d L1`.
     pub frame: String,
 }
 
-/// The base parameters of a link.
+/// The table rows on the base parameters of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkBaseParameters {
-    /// Name of the link, with its joint.
+    /// Name of the link, and of its joint if this differs.
     pub title: String,
-    /// Its base parameters, in the order of the regressor.
+    /// The base parameters of the link, in the order of the regressor.
     pub rows: Vec<BaseParameterRow>,
 }
 
-/// A base parameter.
+/// A table row on one base parameter.
 #[derive(Clone, Debug, Serialize)]
 pub struct BaseParameterRow {
-    /// Its name.
+    /// Name of the base parameter.
     pub name: String,
-    /// Its meaning.
+    /// Meaning of the base parameter in words.
     pub meaning: String,
-    /// Its rule; empty where it absorbs no other parameter.
+    /// Regrouping rule of the base parameter; empty if it contains no other standard parameter.
     pub rule: String,
-    /// Its nominal value with its unit; empty without inertials in the description.
+    /// Nominal value with unit; empty if the description has no inertials.
     pub value: String,
-    /// The standard parameters that it absorbs.
+    /// The standard parameters that are regrouped into the base parameter.
     pub absorbed: Vec<Absorbed>,
 }
 
-/// A standard parameter that a base parameter absorbs.
+/// A standard parameter that is regrouped into a base parameter.
 #[derive(Clone, Debug, Serialize)]
 pub struct Absorbed {
     /// Name of the standard parameter.
     pub name: String,
-    /// The meaning of the standard parameter.
+    /// Meaning of the standard parameter in words.
     pub meaning: String,
-    /// Its factor at the values of the symbols.
+    /// Factor of the standard parameter in the rule, at the values of the symbols.
     pub factor: String,
 }
 
-/// The base parameters that contain the standard parameters of a link.
+/// The base parameters that contain the standard parameters of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkRegrouping {
-    /// Name of the link, with its joint.
+    /// Name of the link, and of its joint if this differs.
     pub title: String,
-    /// Name of each standard parameter, and the base parameters that contain it; empty where it has no effect.
+    /// For each standard parameter: its name, and the base parameters that contain it; none if it has no effect on the torque.
     pub rows: Vec<(String, Vec<String>)>,
 }
 
 /// The data from which a sheet is made.
 #[derive(Clone, Copy)]
 pub struct SheetInput<'a> {
-    /// The description.
+    /// The robot description.
     pub robot: &'a Robot,
-    /// Its base parameters.
+    /// The base parameters of the robot.
     pub parameters: &'a BaseParameters,
-    /// Their rules, nested or expanded.
+    /// The regrouping rules of the base parameters, nested or expanded.
     pub rules: &'a Rules,
-    /// Their nominal values; `None` without inertials in the description.
+    /// Nominal values of the base parameters; `None` if the description has no inertials.
     pub described: Option<&'a [f64]>,
-    /// The variables at which numerically solved loops are closed, rad or m; empty without such loops.
+    /// Values of the variables at which numerically solved loops are closed, rad (m); empty without such loops.
     pub closed_at: &'a [f64],
-    /// Functions with their counts.
+    /// Functions of the robot: name and number of operations of each.
     pub operations: &'a [(&'a str, Count)],
 }
 
 impl Sheet {
-    /// The sheet of a robot.
+    /// Makes the sheet of a robot.
     pub fn new(source: &SheetInput) -> Sheet {
         let SheetInput { robot, parameters, .. } = source;
         let name = |c: usize| parameters.standard[c].display(robot).to_string();
@@ -169,7 +170,7 @@ fn symbols(robot: &Robot) -> Vec<(String, String)> {
     robot.symbols.iter().enumerate().map(|(i, s)| (s.name.clone(), trimmed(&value(s, i)))).collect()
 }
 
-/// The number without zeros at the end of a fraction.
+/// The text of a number without zeros at the end of its decimals.
 fn trimmed(text: &str) -> String {
     if !text.contains('.') || text.contains('e') {
         return text.into();
@@ -208,7 +209,7 @@ fn moves_with(robot: &Robot, link: &Link) -> String {
     if text.is_empty() { "nothing".into() } else { text.into() }
 }
 
-/// gamma, b, alpha, d, theta, r: names, texts in the description, and numbers.
+/// The six parameters of a link frame, gamma, b, alpha, d, theta and r: name, text in the description, and number.
 pub fn geometry(robot: &Robot, link: &Link) -> [(&'static str, String, f64); 6] {
     let g = &link.geometry;
     let all = [("gamma", &g.gamma), ("b", &g.b), ("alpha", &g.alpha), ("d", &g.d), ("theta", &g.theta), ("r", &g.r)];
@@ -221,7 +222,7 @@ fn frame(robot: &Robot, link: &Link) -> String {
     shown.map(|(what, text, _)| format!("{what} {text}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Name of a link, with its joint.
+/// Name of a link. The name of its joint is added if it differs.
 pub(crate) fn link_title(robot: &Robot, link: LinkId) -> String {
     let link = robot.link(link);
     match link.joint.name == link.name || link.joint.name.is_empty() {
@@ -286,7 +287,7 @@ fn link_regroupings(robot: &Robot, parameters: &BaseParameters) -> Vec<LinkRegro
 
 fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
-    // An exact rank is a certificate unless a base parameter is weak.
+    // An exact rank proves the number of base parameters, unless a base parameter is weak.
     let certificate = match rank.exact.rank() {
         Some(_) if !parameters.weak.is_empty() => {
             format!("rank {}, numeric: {}", rank.numeric, parameters.evidence_of_rank(robot))
@@ -297,13 +298,13 @@ fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
         ),
         None => format!("rank {}, numeric: {}", rank.numeric, rank.exact),
     };
-    // The gap between kept and dropped columns shows how reliable the numeric rank is.
+    // The gap between kept and dropped columns shows whether the numeric rank is reliable.
     let numbers = format!(
         "in numbers, every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} \
          or less",
         rank.smallest_kept, rank.largest_dropped
     );
-    // Relations between columns: proven in symbols, for all values, or only for these values.
+    // The relations between columns are proven in symbols, for all values of the symbols, or only for the values of this robot.
     let relations = match (rank.general_relations, rank.numeric_relations) {
         (0, 0) => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
         (general, numeric) => {

@@ -1,4 +1,4 @@
-//! Renders templates to text. The templates are compiled in; tests find errors in them.
+//! Renders templates to text. The templates are part of the program, and tests find errors in them.
 
 use gate::shown;
 use minijinja::syntax::SyntaxConfig;
@@ -6,19 +6,19 @@ use minijinja::value::{Serde, Value};
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, escape_formatter};
 use serde::Serialize;
 
-/// A page from its template and its content. Texts of the content are escaped, unless they are marked as safe.
+/// Renders a page from its HTML template and its content. Texts of the content are escaped unless they are marked as safe.
 pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// LaTeX, by its own filters `tex` and `tex_rule`.
+/// Renders a LaTeX template. Its filters `tex` and `tex_rule` escape texts and format rules.
 pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// Markdown: each text is escaped; the filter `code` turns a text into code.
+/// Renders a Markdown template. Each text is escaped; the filter `code` formats a text as code.
 pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     let mut environment = environment(AutoEscape::None);
@@ -32,7 +32,7 @@ pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
 fn environment(escape: AutoEscape) -> Environment<'static> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // Indentation and lines of tags in the template do not appear in the page.
+    // These options remove the indentation and the lines of template tags from the output.
     if let Ok(syntax) = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build() {
         environment.set_syntax(syntax);
     }
@@ -54,7 +54,7 @@ fn environment(escape: AutoEscape) -> Environment<'static> {
     environment
 }
 
-/// Escapes the characters that LaTeX interprets.
+/// Escapes the characters that have a special meaning in LaTeX.
 fn tex(text: &str) -> String {
     let escaped = |c: char| match c {
         '_' | '%' | '&' | '#' | '$' | '{' | '}' => format!("\\{c}"),
@@ -65,7 +65,7 @@ fn tex(text: &str) -> String {
     text.chars().map(escaped).collect()
 }
 
-/// A rule as mathematics: thin spaces for products, upright functions, line breaks after plus and minus.
+/// A regrouping rule as a LaTeX formula: thin spaces for products, upright functions, line breaks after plus and minus.
 fn tex_rule(rule: &str) -> String {
     if rule.is_empty() {
         return String::new();

@@ -1,6 +1,6 @@
-//! Text in markup.
+//! Escapes text for markup.
 
-/// The text, escaped for text and attributes of XML and HTML.
+/// Escapes a text for use in the text and in attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {
     gate::shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

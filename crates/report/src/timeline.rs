@@ -1,48 +1,49 @@
-//! Encoded lines over one time axis for the script of a page, which redraws a range of them and shows values.
+//! Encodes lines over one time axis for the script of a page, which draws a range of them and shows their values.
 //!
 //! ```text
 //! v = low + step c,  c = 0 .. 4094;  c = 4095: no value        two letters per value
 //! t = from + (to - from) c / (64^4 - 1)                        four letters per time
 //! ```
-//! Letters are `>` to `~` without the backslash, which need no escapes in JSON and in a page. The rounding error of a value is
-//! at most half a step, which is 1 / 8188 of the range of its line. `templates/plot.js` reads it.
+//! A letter is one of `>` to `~` without the backslash, so it needs no escape in JSON or in a page. The rounding error of a
+//! value is at most half a step: 1 / 8188 of the range of the line. The script `templates/plot.js` decodes the letters.
 
 use std::collections::BTreeMap;
 
 use identification::plot_data::envelope::{Envelope, Span};
 use serde::Serialize;
 
-/// Steps between the smallest and the largest value of a line; the next code means no value.
+/// Number of steps between the smallest and the largest value of a line. The next larger code means that there is no value.
 const STEPS: f64 = 4094.0;
-/// Number of letters of a time.
+/// Number of letters that encode a time.
 const LETTERS_OF_A_TIME: usize = 4;
 
-/// Lines with the same spans.
+/// Several lines over the same spans of time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Timeline {
     from: f64,
     to: f64,
-    /// Start of each span.
+    /// Encoded start time of each span.
     times: String,
-    /// Segments without a gap: number of the first span, and end, s.
+    /// Segments of time without a gap: index of the first span, and end time of the segment, s.
     pieces: Vec<(usize, f64)>,
     curves: BTreeMap<String, Curve>,
 }
 
-/// One line.
+/// One encoded line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Curve {
     low: f64,
     step: f64,
-    /// The smallest value of each span.
+    /// Encoded smallest value of each span.
     lows: String,
-    /// The largest value of each span; `None` where a span is one sample.
+    /// Encoded largest value of each span; `None` if each span is one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     highs: Option<String>,
 }
 
 impl Timeline {
-    /// Lines with the same spans by their keys; a line with other spans is omitted. `None` without a span.
+    /// Encodes lines, given by key and data, that have the same spans as the first line. A line with other spans is omitted.
+    /// `None` without a span.
     pub(crate) fn new<'a>(lines: impl IntoIterator<Item = (String, &'a Envelope)>) -> Option<Timeline> {
         let mut lines = lines.into_iter().peekable();
         let spans = lines.peek()?.1.spans();
@@ -71,9 +72,9 @@ impl Timeline {
         })
     }
 
-    /// The lines as JSON without `<`, so that it can stand in a page.
+    /// The lines as JSON. It contains no `<`, so it can be inserted into a page.
     pub(crate) fn to_json(&self) -> String {
-        // Cannot fail: numbers and texts, with texts as keys.
+        // This cannot fail: the data has only numbers and texts, with texts as keys.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
@@ -94,10 +95,10 @@ fn curve(line: &Envelope) -> Curve {
     Curve { low, step, lows: text(|span| span.low), highs }
 }
 
-/// A number in `count` letters of 6 bits each, the highest digit first.
+/// Encodes a number in `count` letters of 6 bits each, the highest digit first.
 pub(crate) fn letters(number: u32, count: usize) -> String {
     let digit = |k: usize| (number >> (6 * (count - 1 - k))) as u8 & 63;
-    // The backslash is skipped.
+    // The backslash is skipped in the alphabet.
     (0..count).map(digit).map(|d| char::from(62 + d + u8::from(d >= 30))).collect()
 }
 

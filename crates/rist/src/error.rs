@@ -1,20 +1,19 @@
-//! The reason why a step gives no result, and the steps that error texts advise: `[:doctor]`, or `[:validate MODEL LOG]`
-//! with arguments.
+//! The error of a step. Its text may advise another step: `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
 
 use std::fmt;
 
 use robot::Place;
 
-/// Whether an error is about the input or about the question.
+/// The kind of an error: the input is unusable, or the answer is no.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// The input: it cannot be used.
+    /// The input cannot be used.
     Input,
-    /// The question: the input was understood, and the answer is no.
+    /// The input was understood, and the answer to the question is no.
     Verdict,
 }
 
-/// A message with the finding, the expectation and the remedy, and the same content as fields for programs.
+/// A message that says what was found, what was expected and the remedy; the same content is available as fields for programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     kind: ErrorKind,
@@ -25,8 +24,8 @@ pub struct Error {
 }
 
 impl Error {
-    /// Input that cannot be used. A message that is about a field of a request begins with it in brackets: `[gain=q9]: ..`; a
-    /// step that it advises stands in brackets too: `[:doctor]`.
+    /// An error of the kind [`ErrorKind::Input`]. If the message is about a field of a request, it starts with the field in
+    /// brackets: `[gain=q9]: ..`. A step that it advises is in brackets too: `[:doctor]`.
     pub fn new(message: impl fmt::Display) -> Error {
         let message = message.to_string();
         let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
@@ -35,12 +34,13 @@ impl Error {
         Error { kind: ErrorKind::Input, field, place: None, remedy, message }
     }
 
-    /// The input was understood, but the answer to the question is no.
+    /// An error of the kind [`ErrorKind::Verdict`]: the input was understood, but the answer to the question is no.
     pub fn verdict(message: impl fmt::Display) -> Error {
         Error { kind: ErrorKind::Verdict, ..Error::new(message) }
     }
 
-    /// Names `field` as the subject of the error; a message that already names this field or a file is not changed.
+    /// Adds the name of the request's field `field` in front of the message, unless the message already names this field or a
+    /// file.
     pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {
@@ -49,27 +49,27 @@ impl Error {
         Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
-    /// The line of a file that is at fault, if any; it stands in the message too.
+    /// The file and line that are at fault, if any; the message names them too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
     }
 
-    /// Whether the error is about the input or the question.
+    /// The kind of the error: about the input or about the question.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
-    /// The field of a request that it is about, if any.
+    /// The field of the request that the error is about, if any.
     pub fn field(&self) -> Option<&str> {
         self.field.as_deref()
     }
 
-    /// The step of the library that it advises, if any.
+    /// The step of the library that the message advises, if any.
     pub fn remedy(&self) -> Option<Step> {
         self.remedy
     }
 
-    /// Whether the input was read and understood, and the answer is no.
+    /// Whether the input was understood, and the answer to the question is no.
     pub fn is_verdict(&self) -> bool {
         self.kind == ErrorKind::Verdict
     }
@@ -102,7 +102,8 @@ impl From<numerics::Error> for Error {
     }
 }
 
-/// Steps: the word in texts, the command of the program, the name in Python. Python has no `columns`: its entry is the command.
+/// For each step: its word in texts, the command of the program, and the name in Python. Python has no `columns`, so the
+/// command is given there.
 const STEPS: [(&str, &str, &str); 14] = [
     ("accumulate", "rist accumulate", "rist.Accumulator"),
     ("check", "rist check", "rist.check"),
@@ -120,33 +121,33 @@ const STEPS: [(&str, &str, &str); 14] = [
     ("write_urdf", "rist identify [write_urdf]", "identify(.., consistent=True) and estimate.write_urdf"),
 ];
 
-/// A step of the library.
+/// A step of the library: an entry of `STEPS`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step(&'static (&'static str, &'static str, &'static str));
 
 impl Step {
-    /// The step of this word; `None` where the word is unknown.
+    /// The step with the word `word`; `None` if the word is unknown.
     pub fn named(word: &str) -> Option<Step> {
         STEPS.iter().find(|(step, ..)| *step == word).map(Step)
     }
 
-    /// The first step that a text advises.
+    /// The first step that a text advises, if any.
     pub(crate) fn advised(text: &str) -> Option<Step> {
         let (_, behind) = text.split_once("[:")?;
         Step::named(behind.split([' ', ']']).next()?)
     }
 
-    /// Its word.
+    /// The word of the step in texts.
     pub fn word(self) -> &'static str {
         self.0.0
     }
 
-    /// The command of the program with the arguments `given`; fields stand in brackets.
+    /// The command of the program for this step, with the arguments `given`; fields of requests stay in brackets.
     pub(crate) fn in_program(self, given: &str) -> String {
         format!("{} {given}", self.0.1).trim_end().into()
     }
 
-    /// The call in Python: `rist.validate(model, log)` of `MODEL LOG`.
+    /// The call of this step in Python: the arguments `MODEL LOG` give `rist.validate(model, log)`.
     pub(crate) fn in_python(self, given: &str) -> String {
         match given.is_empty() {
             true => self.0.2.into(),

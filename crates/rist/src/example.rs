@@ -1,4 +1,4 @@
-//! A robot with two logs that are part of the program, for first trials: the UR5 of docs/ur5.
+//! A robot with two logs, built into the program for first trials: the UR5 of docs/ur5.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ pub const FILES: [(&str, &str); 3] = [
     ("other.csv", include_str!("../../../docs/ur5/other.csv")),
 ];
 
-/// Writes the files into a directory, creates it if necessary, and returns the paths.
+/// Writes the example files into `directory`, which is created if necessary, and returns their paths.
 ///
-/// Fails where a file of the same name has another content.
+/// Fails if a file of the same name exists with another content.
 pub fn write_example(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let failed = |e| Error::new(format_args!("{}: {e}", directory.display()));
     std::fs::create_dir_all(directory).map_err(failed)?;

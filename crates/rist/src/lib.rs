@@ -27,9 +27,9 @@
 //! # Ok::<(), rist::Error>(())
 //! ```
 //!
-//! The root has the steps with their inputs and results; each module has further types of its step. `examples/` has five
-//! frequent tasks: inspect a robot, identify a log, run a generated file in a control loop,
-//! plan and validate experiments, convert a description and write identified bodies back.
+//! The root of the crate has the steps with their inputs and results; each module has further types of its step. `examples/`
+//! has five frequent tasks: inspect a robot, identify a log, run a generated file in a control loop, plan and validate
+//! experiments, convert a description and write identified bodies back.
 
 #![warn(missing_docs)]
 

@@ -1,4 +1,4 @@
-//! The page of an identification, with all given parts, as one file of HTML.
+//! Writes the page of an identification, with all given parts, as one HTML file.
 
 use report::comparison::OtherEstimate;
 use report::identification::{Page, Subject};
@@ -15,34 +15,34 @@ use crate::motion::planning::ExperimentPlan;
 use crate::request::spelling::{Audience, spelled};
 use identification::estimate::artefact::Estimate;
 
-/// The content of the page. A part that is not given is left out.
+/// The content of the page. A part that is `None` is left out.
 #[derive(Clone, Copy, Default)]
 pub struct PageRequest<'a> {
     /// The robot, for rules, meanings, limits and the values of the description.
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
-    /// Their repeated proofs: [`crate::motion::played_file::plan_proof`].
+    /// The repeated proofs of these experiments: [`crate::motion::played_file::plan_proof`].
     pub plan_proof: Option<&'a PlanProof>,
     /// The exciting motion, with its plot data: [`crate::motion::motion_plot_data`].
     pub motion: Option<ShownMotion<'a>>,
-    /// The parameters.
+    /// The estimated parameters.
     pub estimate: Option<&'a Estimate>,
     /// Another estimate of the same model, and the name of its file.
     pub against: Option<(&'a str, &'a Estimate)>,
     /// Plot data of predicted logs: [`crate::fit::validation::plot_data`].
     pub plot_data: Option<&'a PlotData>,
-    /// Their errors on other logs.
+    /// The errors of the estimate on other logs.
     pub validation: Option<&'a Validation>,
-    /// Whether to trust them.
+    /// Whether to trust the estimate.
     pub verdict: Option<&'a Verdict>,
-    /// Date, version and command.
+    /// The date, the version of rist and the command that the page names.
     pub origin: Origin<'a>,
-    /// The reader; it decides the spelling of fields in sentences.
+    /// The kind of reader, by which names of options in sentences are spelled.
     pub reader: Audience,
 }
 
-/// Refuses two estimates whose parameters have different meanings; `names`: names of their files.
+/// Fails if the parameters of two estimates have different meanings; `names`: names of their files.
 pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(), Error> {
     let [a, b] = estimates.map(|estimate| estimate.fingerprint.as_deref());
     match a.zip(b) {
@@ -57,7 +57,7 @@ pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(
     }
 }
 
-/// The page, and its charts as files of SVG by name.
+/// The page, and its charts as SVG files: name and text of each.
 pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
     let described = request.model.and_then(Model::nominal_parameters);
     let subject = request.model.map(|model| Subject {

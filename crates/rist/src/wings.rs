@@ -1,7 +1,7 @@
-//! Extensions of core by wings, and the types of core in the signatures of wings.
+//! Lets wings extend core, and exports the types of core that appear in the signatures of wings.
 //!
-//! A wing is a package that core does not know. A program that contains it passes its [`Wing`] to [`register`], which fills the
-//! tables of core once, before the first text is spelled and the first file is read.
+//! A wing is a package that core does not know (core: the packages that need no wing). A program that contains wings passes
+//! them to [`register`], which fills the tables of core once, before the first text is spelled and the first file is read.
 
 use std::sync::Once;
 
@@ -29,7 +29,7 @@ pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
 pub use robot::mesh::MeshFormat;
 
-/// The extensions by a wing; an `Err` is the error text of a function that was not built in.
+/// What a wing adds to core. An `Err` is the error text for a function that was not built in.
 #[derive(Default)]
 pub struct Wing {
     /// The requests of the wing.
@@ -42,9 +42,9 @@ pub struct Wing {
     pub writers: Vec<DescriptionWriter>,
     /// Readers of motions from other sources.
     pub points: Option<Result<PointReader, &'static str>>,
-    /// Functions of a link.
+    /// Functions of a link for generated code.
     pub functions: Vec<FunctionOfLink>,
-    /// Identification that simulates the experiments of a plan.
+    /// An identification that simulates the experiments of a plan.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
     /// The search for a plan with a proof of its efficiency.
     pub prove_plan: Option<Result<ProvePlan, &'static str>>,
@@ -52,7 +52,7 @@ pub struct Wing {
     pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 
-/// Adds wings; only the first call counts.
+/// Registers wings; only the first call has an effect.
 pub fn register(wings: Vec<Wing>) {
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {

@@ -1,21 +1,21 @@
-//! Numbers of a URDF's frames that are equal except for rounding.
+//! Makes numbers in the frames of a URDF equal that differ only by rounding.
 //!
 //! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the angles of
-//! the three fingers of a hand agree to 1e-7 rad, and axes that intersect have a distance of 1e-8 m. Such differences are no
-//! geometry, but each leads to additional base parameters that no motion excites. An angle that agrees with an earlier
-//! angle of the robot within [`ROUND_ANGLE_TOLERANCE_RAD`], up to its sign, is set to that angle. A length that agrees with
-//! an earlier one within [`LENGTH_AGREEMENT_M`] is set to that length, and a length below this tolerance to zero.
+//! the three fingers of a hand agree to 1e-7 rad, and axes that intersect have a distance of 1e-8 m. Each such difference
+//! leads to additional base parameters that no motion excites. An angle is set to an earlier angle of the robot if they agree
+//! within [`ROUND_ANGLE_TOLERANCE_RAD`], up to the sign. A length is set to an earlier length if they agree within
+//! [`LENGTH_AGREEMENT_M`]. A length below this tolerance is set to zero.
 
 use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// Largest difference of lengths that count as equal, m: the error of 1 m with an angle of six digits.
+/// Two lengths count as equal if they differ by at most this, m: the error over 1 m of an angle with six digits.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
-/// Up to this difference, rad or m, a change is rounding of this program and gets no note.
+/// A change up to this difference, rad or m, is a rounding error of this program. It gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
-/// Sets numbers that agree to one value, and adds notes to the robot.
+/// Sets the angles and lengths that agree to one common value, and adds a note to the robot for each change.
 pub(crate) fn make_one(robot: &mut Robot) {
     let (mut angles, mut lengths) = (Vec::new(), Vec::new());
     let mut notes = Vec::new();
@@ -30,7 +30,7 @@ pub(crate) fn make_one(robot: &mut Robot) {
             ("r", &mut geometry.r, false),
         ];
         for (key, value, is_angle) in given {
-            // Multiples of pi and expressions are exact.
+            // Multiples of pi and expressions are exact, so they are not changed.
             let &mut Value::Number(x) = value else { continue };
             let (known, tolerance) =
                 if is_angle { (&mut angles, ROUND_ANGLE_TOLERANCE_RAD) } else { (&mut lengths, LENGTH_AGREEMENT_M) };

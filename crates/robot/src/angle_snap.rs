@@ -1,11 +1,10 @@
-//! Exact values for rounded angles and lengths: 1.5707 is pi/2.
+//! Replaces rounded angles and lengths by exact values: 1.5707 becomes pi/2.
 //!
-//! An angle within [`ROUND_ANGLE_TOLERANCE_RAD`] of a multiple of pi/2, pi/4 or pi/6 is replaced by that multiple,
-//! because no calibration measures so small a difference. An angle is also replaced by a multiple of pi/2 if it is that
-//! multiple rounded or cut off at its last decimal, down to four decimals ([`LONGEST_CUT_RAD`]): 1.5707 and 1.5708 are pi/2.
-//! A similar angle with more digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero has no
-//! digits that can be omitted. Sine and cosine of such a multiple are exact, so omitted digits do not lead to additional
-//! base parameters.
+//! An angle within [`ROUND_ANGLE_TOLERANCE_RAD`] of a multiple of pi/2, pi/4 or pi/6 is replaced by this multiple, because no
+//! calibration measures such a small difference. An angle is also replaced by a multiple of pi/2 if it is this multiple
+//! rounded or cut off at its last decimal, down to four decimals ([`LONGEST_CUT_RAD`]): 1.5707 and 1.5708 are pi/2. A similar
+//! angle with more digits is kept: 1.57065 is not pi/2. The angles 0.0001 and 0.00015 are kept, because zero has no digits to
+//! omit. Sine and cosine of a multiple of pi are exact, so omitted digits do not lead to additional base parameters.
 
 use std::f64::consts::PI;
 
@@ -14,40 +13,41 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// Largest difference of a cut decimal from a multiple of pi/2, rad: 3.1415 differs from pi by 9.3e-5. 1.57 differs from
-/// pi/2 by 8e-4 and is kept.
+/// A cut-off decimal is replaced by a multiple of pi/2 if it differs by at most this, rad. 3.1415 differs from pi by 9.3e-5
+/// and is replaced. 1.57 differs from pi/2 by 8e-4 and is kept.
 const LONGEST_CUT_RAD: f64 = 1e-4;
-/// Largest difference from a round angle that is removed, one arc second, rad: 0.7854 differs from pi/4 by 1.8e-6, and
-/// 1.5708 from pi/2 by 3.67e-6.
+/// An angle is replaced by a round angle if it differs by at most this (one arc second), rad. 0.7854 differs from pi/4 by
+/// 1.8e-6, and 1.5708 differs from pi/2 by 3.67e-6.
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
-/// Largest component of a given unit axis normal to the coordinate axis by which it is replaced.
+/// A unit axis is replaced by a coordinate axis if its two other components are at most this.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// A length below this is rounding of an exporter, m.
+/// A length of a file below this is a rounding error of the exporter, m.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// A difference up to this is rounding of a double, rad. It is removed without a note, even where angles stay as given.
+/// A difference up to this is a rounding error of double precision, rad. It is removed without a note, even if angles are
+/// kept as given.
 pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
-/// An entry of a rotation within this tolerance of a known value is set to it, because products of three sines or cosines
+/// An entry of a rotation matrix is set to a known value if it differs by at most this. Products of three sines or cosines
 /// have an error of a few units in the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
-/// An axis with a smaller largest component has no direction: files contain unit vectors.
+/// An axis has no direction if its largest component is below this: files contain unit vectors.
 const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
-/// Bound of the rounding error of values, rad or m, that this program computes from snapped values, in a few operations on
+/// Bound of the rounding error of values that this program computes from exact values, rad or m: a few operations on
 /// numbers below 10.
 const SNAPPED_VALUE_ROUNDING: f64 = 1e-12;
-/// Largest multiple of pi/12 that is recognised.
+/// An angle is only replaced if it is below this multiple of pi/12.
 const MAX_TWELFTHS: f64 = 1e6;
 
-/// The treatment of a rounded angle.
+/// Whether rounded angles of a file are replaced by exact values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleSnapping {
-    /// 1.5707 is pi/2.
+    /// Rounded angles are replaced: 1.5707 becomes pi/2.
     #[default]
     Meant,
-    /// 1.5707 is 1.5707.
+    /// Angles are kept as given: 1.5707 stays 1.5707.
     AsGiven,
 }
 
-/// The value of a given angle, rad: the exact multiple of pi/12 that replaces it, or the angle itself.
+/// The value for an angle of a file, rad: the exact multiple of pi/12 that replaces it, or the angle itself.
 pub(crate) fn given_angle(angle: f64, angles: AngleSnapping) -> Value {
     let twelfths = angle * 12.0 / PI;
     let n = twelfths.round();
@@ -62,14 +62,14 @@ pub(crate) fn given_angle(angle: f64, angles: AngleSnapping) -> Value {
     if away <= tolerance && n.abs() < MAX_TWELFTHS { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
 }
 
-/// The note on an angle, rad, that was replaced; `name`: the name of the angle in its subject. `None` for an unchanged angle.
+/// The note that the angle `name` of `subject`, rad, was replaced by `taken`; `None` up to a difference of rounding.
 pub(crate) fn note_of(subject: &str, name: &str, given: f64, taken: &Value) -> Option<Note> {
     let text = || format!("{name} {given} is taken as {}", multiple_of_pi(taken));
     let is_other = (taken.number(&[]) - given).abs() > UNNOTED_DIFFERENCE_RAD;
     is_other.then(|| Note { subject: subject.into(), text: text() })
 }
 
-/// A multiple of pi as text: `-3*pi/4`.
+/// Formats a multiple of pi as text: `-3*pi/4`.
 fn multiple_of_pi(angle: &Value) -> String {
     let Some((numerator, denominator)) = angle.as_multiple_of_pi(&[]) else { return angle.number(&[]).to_string() };
     let sign = if numerator < 0 { "-" } else { "" };
@@ -81,15 +81,15 @@ fn multiple_of_pi(angle: &Value) -> String {
     if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
 }
 
-/// One unit of the last decimal of an angle's text: 1e-4 of 1.5707.
+/// The value of the last decimal of an angle: 1e-4 for 1.5707.
 fn last_decimal(angle: f64) -> f64 {
     let text = angle.to_string();
     let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
-    // The factor subtracts one unit in the last place, since 10^-4 itself is rounded.
+    // The factor subtracts one unit in the last place, because 10^-4 itself is rounded.
     10f64.powi(-(decimals.min(300) as i32)) * (1.0 - f64::EPSILON)
 }
 
-/// The value of an angle, rad, computed from snapped values, in (-pi, pi].
+/// The value for an angle computed from exact values, rad, in (-pi, pi]. Rounding errors are removed.
 pub(crate) fn computed_angle(angle: f64) -> Value {
     let n = (angle * 12.0 / PI).round();
     if (angle - n * PI / 12.0).abs() <= SNAPPED_VALUE_ROUNDING {
@@ -100,17 +100,17 @@ pub(crate) fn computed_angle(angle: f64) -> Value {
     }
 }
 
-/// The value of a length, m, computed from snapped values.
+/// The value for a length computed from exact values, m. Rounding errors are removed.
 pub(crate) fn computed_length(length: f64) -> Value {
     if length.abs() <= SNAPPED_VALUE_ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
 }
 
-/// A length of a file, m: without rounding noise, or unchanged where values stay as given.
+/// A length of a file, m. With `Meant`, a length that is only rounding of the exporter becomes zero.
 pub(crate) fn given_length(length: f64, angles: AngleSnapping) -> f64 {
     if angles == AngleSnapping::Meant && length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
 }
 
-/// n pi / 12, reduced.
+/// The value n pi / 12 as a reduced fraction.
 fn twelfths_of_pi(n: i64) -> Value {
     let (mut a, mut b) = (n.unsigned_abs(), 12u64);
     while b != 0 {
@@ -127,13 +127,13 @@ fn twelfths_of_pi(n: i64) -> Value {
     if n < 0 { Value::Neg(Box::new(fraction)) } else { fraction }
 }
 
-/// The decimal of twelve digits that equals `x` within rounding, else `x`: 0.13585 - 0.1197 is 0.01615.
+/// The decimal number with twelve digits that equals `x` up to rounding, otherwise `x`: 0.13585 - 0.1197 becomes 0.01615.
 fn decimal(x: f64) -> f64 {
     let short = format!("{x:.11e}").parse().unwrap_or(x);
     if (short - x).abs() <= 4.0 * f64::EPSILON * x.abs().max(1.0) { short } else { x }
 }
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll).
+/// The rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll) of `rpy` = (roll, pitch, yaw).
 pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
     let [(sr, cr), (sp, cp), (sy, cy)] = [0, 1, 2].map(|i| sin_cos(&rpy[i], &[]));
     let x = [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]];
@@ -142,7 +142,7 @@ pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
     exact(&product(&product(&z, &y), &x))
 }
 
-/// Sets entries that equal 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 within rounding to these values.
+/// Sets entries that equal 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 up to rounding and sign to exactly these values.
 pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
     m.map(|row| row.map(exact_entry))
 }
@@ -153,7 +153,7 @@ fn exact_entry(x: f64) -> f64 {
     near.map_or(x, |k| if k == 0.0 { 0.0 } else { k.copysign(x) })
 }
 
-/// The unit vector along a given axis; `None` for the zero vector.
+/// The unit vector along an axis of a file. `None` for the zero vector.
 pub(crate) fn unit_axis(axis: Vector3, angles: AngleSnapping) -> Option<Vector3> {
     let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if largest < SMALLEST_AXIS_COMPONENT {
@@ -169,7 +169,7 @@ pub(crate) fn unit_axis(axis: Vector3, angles: AngleSnapping) -> Option<Vector3>
     })
 }
 
-/// Replaces rounded angles by exact multiples of pi, and adds notes to the robot.
+/// Replaces rounded angles in the robot by exact multiples of pi, and adds a note to the robot for each.
 pub(crate) fn snap_angles(robot: &mut Robot, angles: AngleSnapping) {
     let symbols = &robot.symbols;
     let mut notes = Vec::new();
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn angles_are_taken_for_what_was_meant() {
-        // The angles are texts, because the number of their digits is tested.
+        // The angles are written as texts, because the function depends on the number of their digits.
         for (angle, multiple) in [
             ("1.5707", (1, 2)),
             ("-1.57079632679", (-1, 2)),
@@ -220,7 +220,7 @@ mod tests {
             let found = given_angle(angle.parse().unwrap(), AngleSnapping::Meant);
             assert_eq!(found.as_multiple_of_pi(&[]), Some(multiple), "{angle}");
         }
-        // 1.57065, 0.0001 and 0.00015 are calibrated values, and so is a right angle plus 1e-4.
+        // These angles are kept. 1.57065, 0.0001 and 0.00015 can be calibrated values; 1.5708963 is a right angle plus 1e-4.
         for angle in ["1.57", "0.7853", "0.2618", "1.75057", "1.57065", "0.0001", "-0.00015", "1.5708963", "3.14149"] {
             let angle = angle.parse().unwrap();
             assert_eq!(given_angle(angle, AngleSnapping::Meant), Value::Number(angle));

@@ -1,43 +1,44 @@
-//! The linkage of a loop of four sides with equal opposite sides.
+//! Determines the type of linkage of a loop with four sides and equal opposite sides.
 //!
-//! Such a loop has two assemblies: as a parallelogram, v_1 = -v_3, and crossed, as an antiparallelogram. They coincide only
-//! where all sides lie along one line. The start of the passive joints determines the assembly: the closed loop next to it
-//! is found by
+//! Such a loop can be assembled in two ways: as a parallelogram, v_1 = -v_3, or crossed, as an antiparallelogram. v_i: vector
+//! of side i. Both coincide only if all sides lie along one line. The start values of the passive joints determine the
+//! assembly: the nearest closed loop is found by
 //!
 //! ```text
 //! x <- x - J^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
-//! with e the gap of the polygon ([`crate::polygon`]) at coordinates of zero, J its Jacobian by the passive variables.
+//! e: the gap of the polygon ([`crate::polygon`]) with all coordinates at zero. J: its Jacobian with respect to
+//! the passive variables.
 
 use crate::linear_angle::wrapped;
 use crate::polygon::{Polygon, Side};
 
-/// The linkage of the sides at the closed loop next to the start.
+/// The type of linkage of four sides, at the closed loop nearest to the start values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Linkage {
     /// Opposite sides stay parallel.
     Parallelogram,
-    /// The antiparallelogram: no affine function of the coordinates moves it.
+    /// The sides form an antiparallelogram: the passive joints are no affine function of the coordinates.
     Crossed,
-    /// All sides lie along one line, where both assemblies coincide.
+    /// All sides lie along one line, so both types coincide.
     Stretched,
-    /// The file gives no start, and the loop is not closed with every passive variable at zero.
+    /// The type is unknown: the file gives no start values, and the loop is not closed with every passive variable at zero.
     NoStart,
 }
 
-/// Largest gap of a closed loop, relative to the longest side, or rad: starts have six digits.
+/// A loop counts as closed up to this gap, relative to the longest side, or rad: start values have six digits.
 const CLOSED_GAP: f64 = 1e-5;
-/// Largest difference of opposite sides of a parallelogram, relative to the longest side.
+/// Opposite sides count as parallel and equal up to this difference, relative to the longest side.
 const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
-/// Gap at which the search ends, relative to the longest side, or rad.
+/// The search ends if the gap is below this, relative to the longest side, or rad.
 const SEARCH_END_GAP: f64 = 1e-14;
-/// Largest number of steps of the search. Two or three unknowns near a solution need few.
+/// Largest number of steps of the search. Near a solution, a few steps are enough for two or three unknowns.
 const MAX_SEARCH_STEPS: usize = 60;
-/// The smallest fraction of a step.
+/// A step of the search is not reduced below this fraction.
 const SMALLEST_STEP_FRACTION: f64 = 1e-3;
 
-/// The linkage of four `groups` of sides of a polygon, in the order of the loop. `start` has every variable: coordinates
-/// at zero and, from the `n`-th on, the start of the passive variables.
+/// The type of linkage of four `groups` of sides of a polygon, in the order of the loop. `start`: a value for every variable:
+/// zero for the `n` coordinates, then the start values of the passive variables.
 pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n: usize) -> Linkage {
     let size = polygon.sides.iter().map(|s| s.vector[0].hypot(s.vector[1])).fold(0.0, f64::max);
     let search = PolygonSearch { polygon, size, unknown: unknown(polygon, n) };
@@ -47,7 +48,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
         return Linkage::NoStart;
     }
     search.close(&mut x);
-    // The four sides at the closed loop, in lengths of the longest side.
+    // The vectors of the four sides at the closed loop, divided by the longest side.
     let [a, b, c, d] = groups.map(|sides| {
         sides.iter().fold([0.0, 0.0], |sum, &k| {
             let [u, v] = turned(&polygon.sides[k], &x);
@@ -57,7 +58,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
     if norm(&search.gap(&x)) > CLOSED_GAP {
         return Linkage::NoStart;
     }
-    // |a x b| = 0: all sides lie along one line. a = -c and b = -d: a parallelogram.
+    // |a x b| = 0: all sides lie along one line. a = -c and b = -d: the sides form a parallelogram.
     if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED_GAP {
         return Linkage::Stretched;
     }
@@ -65,7 +66,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
     if norm(&apart) < PARALLEL_SIDES_GAP { Linkage::Parallelogram } else { Linkage::Crossed }
 }
 
-/// The passive variables that turn a side.
+/// Indices of the passive variables that turn a side of the polygon.
 fn unknown(polygon: &Polygon, n: usize) -> Vec<usize> {
     let moves = |k: &usize| polygon.turn[*k] != 0.0 || polygon.sides.iter().any(|s| s.turn[*k] != 0.0);
     (n..polygon.turn.len()).filter(moves).collect()
@@ -78,7 +79,7 @@ struct PolygonSearch<'a> {
 }
 
 impl PolygonSearch<'_> {
-    /// The gap of the polygon in lengths of the longest side, and the angle between its ends, rad.
+    /// The gap of the polygon divided by the longest side (x, y), and the angle between the ends of the polygon, rad.
     fn gap(&self, x: &[f64]) -> [f64; 3] {
         let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);
         self.polygon.sides.iter().fold([0.0, 0.0, angle], |gap, side| {
@@ -87,7 +88,7 @@ impl PolygonSearch<'_> {
         })
     }
 
-    /// de/dx_k.
+    /// Column k of the Jacobian: de/dx_k.
     fn column(&self, x: &[f64], k: usize) -> [f64; 3] {
         self.polygon.sides.iter().fold([0.0, 0.0, self.polygon.turn[k]], |sum, side| {
             let [u, v] = turned(side, x);
@@ -96,7 +97,7 @@ impl PolygonSearch<'_> {
         })
     }
 
-    /// Moves the passive variables towards the next closed polygon.
+    /// Moves the passive variables to the nearest closed polygon by Gauss-Newton steps.
     fn close(&self, x: &mut Vec<f64>) {
         for _ in 0..MAX_SEARCH_STEPS {
             let gap = self.gap(x);
@@ -121,7 +122,7 @@ impl PolygonSearch<'_> {
     }
 }
 
-/// The minimum-norm x of J x = e: J' (J J' + mu 1)^-1 e, with a mu that is negligible unless the loop is singular.
+/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. mu is negligible unless the loop is singular.
 fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     const MU: f64 = 1e-12;
     let mut a = [[0.0; 4]; 3];
@@ -131,7 +132,7 @@ fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
         }
         a[i][3] = e[i];
     }
-    // The matrix is positive definite: no pivoting is needed.
+    // The matrix is positive definite, so no pivoting is needed.
     for k in 0..3 {
         for i in k + 1..3 {
             let factor = a[i][k] / a[k][k];
@@ -147,7 +148,7 @@ fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     columns.iter().map(|c| dot(c, &y)).collect()
 }
 
-/// The vector of a side at the variables x.
+/// The vector of a side for the values x of the variables.
 fn turned(side: &Side, x: &[f64]) -> [f64; 2] {
     let (s, c) = dot(&side.turn, x).sin_cos();
     let [u, v] = side.vector;
@@ -166,8 +167,8 @@ fn norm(x: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Sides 0.5, 0.2, 0.5, 0.2, the crank at the angle `crank` to the base. Variables: q, the angle of the coupler to the
-    /// crank, of the rocker to the base, and of the cut.
+    /// A loop with sides 0.5, 0.2, 0.5, 0.2, and the crank at the angle `crank` to the base. Variables: q, the angle from
+    /// crank to coupler, the angle from base to rocker, and the angle of the cut.
     fn four_bar(crank: f64) -> Polygon {
         let (s, c) = crank.sin_cos();
         let side = |vector: [f64; 2], turn: [f64; 4]| Side { vector, turn: turn.to_vec() };
@@ -189,10 +190,10 @@ mod tests {
 
     #[test]
     fn the_linkage_next_to_the_start() {
-        // With the crank at 1 rad the parallelogram has its coupler at -1 and its rocker at 1.
+        // If the crank is at 1 rad, the parallelogram has its coupler at -1 rad and its rocker at 1 rad.
         assert_eq!(at(1.0, [-1.0, 1.0, -1.0]), Linkage::Parallelogram);
         assert_eq!(at(1.0, [-0.8, 0.9, -1.1]), Linkage::Parallelogram);
-        // The crossed assembly: coupler and rocker at -1.811163 rad.
+        // The antiparallelogram has its coupler and its rocker at -1.811163 rad.
         assert_eq!(at(1.0, [-1.811163, -1.811163, -1.0]), Linkage::Crossed);
         assert_eq!(at(1.0, [-1.6, -1.9, -0.9]), Linkage::Crossed);
     }

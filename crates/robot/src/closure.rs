@@ -1,37 +1,37 @@
 //! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
 //!
-//! Both sides are trigonometric polynomials in the coordinates, so agreement at a few generic
-//! configurations implies agreement everywhere. A loop with passive coordinates closes only where they
-//! have been solved for, so its gap at other points has no meaning.
+//! Both sides are trigonometric polynomials in the coordinates. So if they agree at a few generic configurations, they agree
+//! everywhere. A loop with passive coordinates closes only at solved positions of the passive coordinates, so its gap at
+//! other points has no meaning.
 
 use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
 
-/// Largest distance, m, and angle, rad, between frames that must coincide.
+/// The two frames of a loop coincide if their distance, m, and their angle, rad, are at most this.
 pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-9;
 
-/// Number of configurations at which a loop must close.
+/// Number of configurations at which the closure of a loop is tested.
 const TESTED_CONFIGURATIONS: usize = 20;
 
-/// The gap between the two frames of a loop, and its configuration.
+/// The gap between the two frames of a loop at a configuration.
 #[derive(Clone, Debug)]
 pub struct ClosureGap {
-    /// Distance of the origins, m.
+    /// Distance between the origins of the two frames, m.
     pub position: f64,
-    /// Angle between the axes, rad.
+    /// Angle of the rotation between the two frames, rad.
     pub orientation: f64,
-    /// The configuration with this gap: coordinates, then passive coordinates.
+    /// The configuration, rad (m): first the coordinates, then the passive coordinates.
     pub q: Vec<f64>,
 }
 
-/// The largest gap of a loop over fixed pseudo-random configurations.
+/// The largest gap of a loop over a fixed set of pseudo-random configurations.
 pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
     let mut worst = ClosureGap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_variables()] };
     for q in configurations(robot.n_variables(), TESTED_CONFIGURATIONS) {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
-        // The values of a description may overflow f64; then the gap is infinite.
+        // Numbers of a description may overflow in f64. Then the gap counts as infinite.
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         let (position, orientation) = distance(&cut, &twin);
         let (position, orientation) = (known(position), known(orientation));
@@ -42,7 +42,7 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
     worst
 }
 
-/// Fails with the first loop without passive coordinates that does not close, and a message with its gap.
+/// Checks all loops without passive coordinates. The error gives the index of the first loop that does not close, and a message.
 pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
         let gap = largest_gap(robot, one);
@@ -62,25 +62,25 @@ pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     Ok(())
 }
 
-/// Distance of the origins, m, and angle between the axes, rad.
+/// Distance between the origins of two frames, m, and angle of the rotation between them, rad.
 pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     let between = a.inverse().compose(b);
     let [x, y, z] = between.position;
     let r = between.rotation;
-    // Half the skew part is sin(angle) times the axis, the trace 1 + 2 cos(angle).
+    // Half of the skew-symmetric part of the rotation is sin(angle) times the axis. Its trace is 1 + 2 cos(angle).
     let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(|s| s / 2.0);
     let sine = (skew[0] * skew[0] + skew[1] * skew[1] + skew[2] * skew[2]).sqrt();
     let cosine = (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0;
     ((x * x + y * y + z * z).sqrt(), sine.atan2(cosine))
 }
 
-/// `count` pseudo-random points of [-pi, pi]^n, equal at every call.
+/// `count` pseudo-random points of [-pi, pi]^n. Every call returns the same points.
 pub(crate) fn configurations(n: usize, count: usize) -> impl Iterator<Item = Vec<f64>> {
     let mut state: u64 = 0x1995_0521_0411_0018;
     (0..count).map(move |_| (0..n).map(|_| std::f64::consts::PI * (2.0 * uniform(&mut state) - 1.0)).collect())
 }
 
-/// One pseudo-random number of [0, 1): splitmix64.
+/// A pseudo-random number in [0, 1) by splitmix64; `state` is advanced.
 fn uniform(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;

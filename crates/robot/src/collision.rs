@@ -1,58 +1,58 @@
-//! The collision geometry of a link, from its file.
+//! The collision geometry of a link, as the file describes it.
 //!
-//! The pose of a shape is in the frame of the link that carries it, which is not the frame of the file. Mesh files are not
-//! read here, and distances between shapes are not computed here.
+//! The pose of a shape is relative to the frame of the link that carries it. This frame differs from the frame of the file.
+//! Mesh files are not read here, and distances between shapes are not computed here.
 
 use crate::inertial::Pose;
 
-/// One shape of a link.
+/// One collision shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
-    /// The link of the file to which it belongs: several links of the file may be fixed to one moving link.
+    /// Name of the link of the file to which the shape belongs. Several links of the file may be fixed to one moving link.
     pub link: String,
-    /// The pose of the shape's frame in the link frame.
+    /// Pose of the shape's frame in the frame of the moving link.
     pub pose: Pose,
-    /// The shape, in its own frame.
+    /// The shape and its dimensions, relative to its own frame.
     pub shape: CollisionShape,
 }
 
-/// A shape about its own frame; lengths in m.
+/// A collision shape, relative to its own frame; lengths in m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
-    /// A cuboid about the origin.
+    /// A cuboid with its centre at the origin.
     Box {
-        /// Whole lengths along x, y, z.
+        /// Full edge lengths along x, y and z.
         size: [f64; 3],
     },
-    /// A cylinder along z, its middle at the origin.
+    /// A cylinder along z with its centre at the origin.
     Cylinder {
-        /// Radius of the circle.
+        /// Radius of the cylinder.
         radius: f64,
-        /// Length from end to end.
+        /// Full length of the cylinder.
         length: f64,
     },
-    /// A cylinder along z with half a ball at each end, its middle at the origin.
+    /// A cylinder along z with a half ball at each end, and its centre at the origin.
     Capsule {
-        /// Radius of the cylinder and of the balls.
+        /// Radius of the cylinder and of the half balls.
         radius: f64,
-        /// Length of the cylinder.
+        /// Length of the cylinder without the half balls.
         length: f64,
     },
-    /// A ball about the origin.
+    /// A ball with its centre at the origin.
     Sphere {
         /// Radius of the ball.
         radius: f64,
     },
-    /// The vertices of a mesh file.
+    /// A mesh from a file.
     Mesh {
-        /// The file name in the description.
+        /// Name of the mesh file, as written in the description.
         file: String,
-        /// Factors along x, y, z of the mesh.
+        /// Scale factors along x, y and z of the mesh.
         scale: [f64; 3],
     },
-    /// A shape that could not be read.
+    /// A shape that could not be read from the description.
     Unread {
-        /// The reason: the place, what was found and what was expected.
+        /// Why it could not be read: the place, what was found, and what was expected.
         reason: String,
     },
 }

@@ -1,49 +1,49 @@
-//! Inertial parameters of a link in the conventions of other programs: by name, with their point and axes.
+//! Converts the inertial parameters of a link to and from the conventions of other programs.
 //!
-//! In all of them the off-diagonal entries are entries of the inertia matrix, ixy = -sum m x y. The conventions differ in the
-//! point (the origin of a frame, or the centre of mass), in the order, in the form of the centre (first moment m c,
-//! or c), and in whether the inertia is divided by the mass. Two differences are easily overlooked. Pinocchio's Iyy precedes
-//! its Ixz. A URDF's inertia is about the centre of mass, in the axes of its own inertial frame.
+//! In all conventions the off-diagonal entries are entries of the inertia matrix, ixy = -sum m x y. The conventions differ in the
+//! point of the inertia (the origin of a frame, or the centre of mass), in the order of the entries, in the form of the centre of
+//! mass (first moment m c, or c), and in whether the inertia is divided by the mass. Two differences are easily overlooked. In
+//! Pinocchio, Iyy precedes Ixz. In a URDF, the inertia is about the centre of mass, in the axes of the inertial frame.
 //!
 //! ```text
 //! I_O = I_C + m (c . c E - c c^T)
 //! ```
-//! The conversions are linear except for m in the denominator: conventions about the centre of mass
-//! need m != 0. The caller chooses the frame: Khalil's link frame, or [`crate::Link::file_frame`].
+//! c: centre of mass. The conversions are linear except for divisions by m, so conventions with the centre of mass need m !=
+//! 0. The caller chooses the frame: Khalil's link frame, or [`crate::Link::file_frame`].
 
 use crate::inertial::{Part, Pose, transform_inertial};
 
-/// The program or format that defines names and order.
+/// A program or file format that defines the names and the order of the ten inertial parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// XX XY XZ YY YZ ZZ MX MY MZ M
+    /// SYMORO: XX XY XZ YY YZ ZZ MX MY MZ M.
     Symoro,
-    /// m mx my mz Ixx Ixy Iyy Ixz Iyz Izz (lower triangle, row by row)
+    /// Pinocchio: m mx my mz Ixx Ixy Iyy Ixz Iyz Izz (lower triangle, row by row).
     Pinocchio,
-    /// mass, x y z of the centre, ixx ixy ixz iyy iyz izz about it; rpy zero
+    /// URDF: mass, centre x y z, and ixx ixy ixz iyy iyz izz about the centre of mass; rpy is zero.
     Urdf,
-    /// Ixx Ixy Ixz Iyy Iyz Izz mx my mz m
+    /// FIGAROH: Ixx Ixy Ixz Iyy Iyz Izz mx my mz m.
     Figaroh,
-    /// L_xx L_xy L_xz L_yy L_yz L_zz l_x l_y l_z m
+    /// SymPyBotics: L_xx L_xy L_xz L_yy L_yz L_zz l_x l_y l_z m.
     SymPyBotics,
-    /// Mass, CenterOfMass, Inertia = Ixx Iyy Izz Iyz Ixz Ixy about the origin of the body
+    /// MATLAB: Mass, CenterOfMass, and Inertia = Ixx Iyy Izz Iyz Ixz Ixy about the origin of the body.
     Matlab,
-    /// mass, pos, fullinertia = xx yy zz xy xz yz about the centre of mass
+    /// MuJoCo: mass, pos, and fullinertia = xx yy zz xy xz yz about the centre of mass.
     Mujoco,
-    /// mass, p_BoBcm, unit inertia Gxx Gyy Gzz Gxy Gxz Gyz about the origin Bo
+    /// Drake: mass, p_BoBcm, and unit inertia Gxx Gyy Gzz Gxy Gxz Gyz about the origin Bo.
     Drake,
 }
 
-/// The point an inertia is about.
+/// The reference point of an inertia matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
-    /// The origin of the frame.
+    /// The origin of the frame in which the inertia is given.
     Origin,
-    /// The centre of mass, in axes parallel to the frame's.
+    /// The centre of mass; the axes are parallel to the axes of the frame.
     Centre,
 }
 
-/// The meaning of an entry, with its index within XX .. ZZ or within MX MY MZ.
+/// The quantity that an entry of a convention contains, with its index within XX .. ZZ or within MX MY MZ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum BodyEntry {
     Inertia(usize),
@@ -55,25 +55,25 @@ enum BodyEntry {
 
 type ConventionRow = (&'static str, BodyEntry);
 
-/// Ten parameters of one link, each with its name.
+/// The ten inertial parameters of one link in some convention, each with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedParameters {
-    /// The convention of the names and their order.
+    /// The convention that defines the names and their order.
     pub convention: Convention,
-    /// The point the inertia is about.
+    /// The reference point of the inertia.
     pub about: About,
-    /// Names and values in the order of the convention.
+    /// Name and value of each parameter, in the order of the convention.
     pub values: [(&'static str, f64); 10],
 }
 
 impl Convention {
-    /// Every convention, in the order of their declaration.
+    /// All conventions, in the order of declaration.
     pub const ALL: [Convention; 8] = {
         use Convention::*;
         [Symoro, Pinocchio, Urdf, Figaroh, SymPyBotics, Matlab, Mujoco, Drake]
     };
 
-    /// The word for it on the command line.
+    /// Name of the convention on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Convention::Symoro => "symoro",
@@ -87,7 +87,7 @@ impl Convention {
         }
     }
 
-    /// The point the inertia is about.
+    /// The reference point of the inertia in this convention.
     pub fn about(self) -> About {
         match self {
             Convention::Urdf | Convention::Mujoco => About::Centre,
@@ -95,7 +95,7 @@ impl Convention {
         }
     }
 
-    /// The names, in order.
+    /// Names of the ten parameters, in the order of the convention.
     pub fn names(self) -> [&'static str; 10] {
         self.rows().map(|r| r.0)
     }
@@ -150,8 +150,8 @@ impl Convention {
         std::array::from_fn(|i| (names[i], entries[i]))
     }
 
-    /// The parameters in this convention from XX .. M about the origin of a frame, in its axes. `None` where the convention
-    /// divides by a mass that is zero.
+    /// Converts XX .. M about the origin of a frame, in its axes, to this convention. `None` if the mass is zero and the
+    /// convention divides by it.
     pub fn write(self, x: &[f64; 10]) -> Option<NamedParameters> {
         let m = x[9];
         let rows = self.rows();
@@ -178,8 +178,8 @@ impl Convention {
         Some(NamedParameters { convention: self, about: self.about(), values: rows.map(|(n, e)| (n, value(e))) })
     }
 
-    /// XX .. M about the origin of the frame, from the values of this convention by name. Fails with the name that has no
-    /// value.
+    /// Converts values of this convention, given by name, to XX .. M about the origin of the frame. Fails with the first name
+    /// that has no value.
     pub fn read(self, value: impl Fn(&str) -> Option<f64>) -> Result<[f64; 10], &'static str> {
         let rows = self.rows();
         let mut found = [0.0; 10];
@@ -216,7 +216,7 @@ mod tests {
 
     const X: [f64; 10] = [0.31, -0.02, 0.05, 0.42, 0.03, 0.27, 0.4, -0.3, 0.9, 2.5];
 
-    /// Writing and reading gives the parameters, and so every torque, to 1e-14.
+    /// Writing and then reading gives the same parameters to 1e-14, and so the same torques.
     #[test]
     fn there_and_back() {
         for convention in Convention::ALL {

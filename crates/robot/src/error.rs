@@ -1,24 +1,24 @@
-//! The error of a description: a message and its place.
+//! The error for a description that cannot be used: a message and a place in the file.
 
 use std::fmt;
 
-/// A place in a file; line and column count from 1, zero where unknown.
+/// A place in a file. Line and column are counted from 1.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
-    /// The file name that the caller gave.
+    /// Name of the file, as the caller gave it.
     pub file: String,
-    /// Line, from 1; 0 where the error concerns the whole file.
+    /// Line, counted from 1; 0 if the error concerns the whole file.
     pub line: usize,
-    /// Column, from 1; 0 where unknown.
+    /// Column, counted from 1; 0 if it is unknown.
     pub column: usize,
 }
 
-/// A description that cannot be used: where, what was found, what was expected, what to do.
+/// The error for a description that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// Where the description is wrong.
+    /// The place in the file where the mistake is.
     pub place: Place,
-    /// What was found, what was expected, what to do.
+    /// The message: what was found, what was expected, and what the user can do.
     pub message: String,
 }
 

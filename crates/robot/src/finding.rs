@@ -1,53 +1,53 @@
-//! Suspicious values of a description, and their kinds.
+//! Suspicious values of a robot description, and the kinds of mistakes that they indicate.
 
 /// One suspicious value of one link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Name of the link, or of the part of it.
+    /// Name of the link, or of a body that is fixed to it.
     pub link: String,
-    /// The kind of mistake.
+    /// The probable kind of mistake.
     pub mistake: Mistake,
-    /// The evidence, with numbers.
+    /// The evidence as a sentence with numbers.
     pub text: String,
 }
 
-/// The usual mistakes in descriptions.
+/// The usual mistakes in robot descriptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
-    /// The mass is below zero.
+    /// The mass is negative.
     NegativeMass,
-    /// There is an inertia, but no mass.
+    /// The inertia is not zero, but the mass is zero.
     InertiaWithoutMass,
-    /// A principal moment is negative.
+    /// A principal moment of inertia is negative.
     NotPositive,
-    /// A principal moment is larger than the sum of the two others.
+    /// A principal moment of inertia is larger than the sum of the two others.
     TriangleInequality,
-    /// The inertia would be physical with Ixz and Iyz exchanged.
+    /// Ixz and Iyz are probably exchanged: with the exchange, the inertia is physically possible.
     SwappedProducts,
-    /// Values in Pinocchio's order were read in another order.
+    /// Values in the order of Pinocchio were read in another order.
     SwappedOrder,
-    /// The inertia is about the centre of mass where the origin is meant, or about the origin where the centre is meant.
+    /// The inertia is about the centre of mass instead of the origin, or about the origin instead of the centre of mass.
     WrongPoint,
-    /// The inertial frame is turned, and a program that ignores rpy reads another inertia.
+    /// The inertial frame is rotated (rpy), so a program that ignores rpy reads a different inertia.
     TurnedInertialFrame,
-    /// g or mm where kg or m are meant.
+    /// The values seem to be in g or mm instead of kg or m.
     Units,
-    /// There is a shape, but no mass.
+    /// The link has a shape, but no mass.
     ShapeWithoutMass,
-    /// There is a mass, but no inertia.
+    /// The link has a mass, but no inertia.
     MassWithoutInertia,
-    /// A default value that an exporter writes for an unknown one.
+    /// The value is a default that an exporter writes if the true value is unknown.
     Placeholder,
-    /// Most links have equal inertial parameters.
+    /// Most links have the same inertial parameters, so they are probably copies.
     Copied,
-    /// The mass does not fit the collision shapes.
+    /// The mass does not fit the volume of the collision shapes.
     Density,
     /// The centre of mass lies far outside the collision shapes.
     CentreOutside,
-    /// Limits without effect, of zero, or in degrees.
+    /// The joint limits have no effect, are zero, or are in degrees.
     Limits,
-    /// Orientations of more than a turn.
+    /// Angles exceed a full turn, so they are probably in degrees.
     Degrees,
-    /// Other readers interpret the text differently, or refuse it.
+    /// Other programs interpret the text of the file differently, or refuse it.
     OtherReaders,
 }

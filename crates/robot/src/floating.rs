@@ -1,19 +1,19 @@
-//! A robot with a floating base: six massless joints between the ground and the base.
+//! Makes a robot with a floating base: adds six joints and massless links between the ground and the base.
 //!
-//! Three prismatic joints along x, y, z of the ground and three revolute ones, yaw, pitch, roll
-//! (Rz(yaw) Ry(pitch) Rx(roll)), carry the base, which is a link with its own ten parameters. The
-//! rates are the rates of these coordinates, not the twist of the base. At a pitch of +-pi/2 yaw and roll
-//! turn about one axis and the configuration is singular.
+//! The base is carried by three prismatic joints along x, y, z of the ground and three revolute joints for yaw, pitch and
+//! roll (Rz(yaw) Ry(pitch) Rx(roll)). The base is then a link with ten inertial parameters. The joint velocities are the
+//! derivatives of these six coordinates, not the twist of the base. At a pitch of +-pi/2 the configuration is singular,
+//! because yaw and roll turn about the same axis.
 
 use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
-/// The coordinates of the base, which precede the coordinates of the robot.
+/// Names of the six base coordinates, which precede the coordinates of the robot.
 const BASE_COORDINATE_NAMES: [&str; 6] = ["base_x", "base_y", "base_z", "base_yaw", "base_pitch", "base_roll"];
 
 impl Robot {
-    /// This robot with a floating base: six more coordinates in front, and the base as a link.
+    /// This robot with a floating base: it has six additional coordinates at the front, and the base becomes a link.
     pub fn floating(&self) -> Robot {
         let mut robot = self.clone();
         let mut links = root_links();
@@ -43,13 +43,13 @@ impl Robot {
     }
 }
 
-/// The links from the ground to the base: six moving links, and the base in its own axes.
+/// The links between ground and base: six moving links, then the base with its own axes.
 fn root_links() -> Vec<Link> {
     use JointKind::{Fixed, Prismatic, Revolute};
     let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
     let minus = |v: Value| Value::Neg(Box::new(v));
     let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
-    // z of each frame along the joint axis: x, y, z of the ground, then z, y, x after the rotations before.
+    // Each frame has z along its joint axis: x, y, z of the ground, then z, y, x after the previous rotations.
     let forward = || turned(half_pi(), half_pi(), Value::ZERO);
     let root = [
         (forward(), Prismatic),
@@ -58,7 +58,7 @@ fn root_links() -> Vec<Link> {
         (ModifiedDh::ZERO, Revolute),
         (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
         (forward(), Revolute),
-        // Back to the axes of the base.
+        // The last frame has the axes of the base again.
         (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
     ];
     let link = |(j, (geometry, kind)): (usize, (ModifiedDh, JointKind))| {
@@ -86,7 +86,7 @@ mod tests {
         let poses = floating.link_poses(&[1.0, 2.0, 3.0, yaw, pitch, roll, 0.2]);
         let base = poses[6];
         assert_eq!(base.position.map(|x| (x * 1e12).round() / 1e12), [1.0, 2.0, 3.0]);
-        // Rz(yaw) Ry(pitch) Rx(roll), first column and last row.
+        // Expected values: the first column and the last row of Rz(yaw) Ry(pitch) Rx(roll).
         let expected = [yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), -pitch.sin()];
         for r in 0..3 {
             assert!((base.rotation[r][0] - expected[r]).abs() < 1e-15);

@@ -1,58 +1,58 @@
-//! The ten inertial parameters under a change of frame, and the rigid parts of a link.
+//! Transforms the ten inertial parameters between frames; defines the rigid bodies (parts) of a link.
 //!
-//! For a body seen from frame b (inertia I_b about the origin of b, first moment h_b, mass m) and
-//! the placement (R_ab, p_ab) of b in a, with h = R_ab h_b:
+//! A body is given in frame b: inertia I_b about the origin of b, first moment h_b, mass m. R_ab and p = p_ab are orientation
+//! and position of b in a. With h = R_ab h_b, its parameters in frame a are
 //! I_a = R_ab I_b R_ab^T + 2 (p . h) E - (p h^T + h p^T) + m (p . p E - p p^T)
 //! h_a = h + m p
-//! which is linear in the ten parameters: from sum m (r . r E - r r^T) with r_a = R_ab r_b + p_ab.
+//! These equations are linear in the ten parameters. They follow from sum m (r . r E - r r^T) with r_a = R_ab r_b + p_ab.
 
 use crate::vector::{Vector3, dot, product, scaled, transposed, turned};
 
 pub use crate::vector::Matrix3;
 
-/// Placement of a frame b in a frame a: `R_ab` orientation (rows), `p_ab` position, m.
+/// Pose of a frame b in a frame a: orientation `R_ab` and position `p_ab`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// R_ab, row by row: column k is axis k of b in a.
+    /// R_ab, row by row. Column k is axis k of b, expressed in a.
     pub rotation: Matrix3,
-    /// p_ab: the origin of b in a, m.
+    /// p_ab: the origin of b, expressed in a, m.
     pub position: [f64; 3],
 }
 
 impl Pose {
-    /// The placement of a frame in itself.
+    /// The pose of a frame relative to itself.
     pub const IDENTITY: Pose =
         Pose { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 
-    /// aTc from `self` = aTb and `next` = bTc.
+    /// The transform aTc from `self` = aTb and `next` = bTc.
     #[inline]
     pub fn compose(&self, next: &Pose) -> Pose {
         let p = turned(&self.rotation, next.position);
         Pose { rotation: product(&self.rotation, &next.rotation), position: [0, 1, 2].map(|i| self.position[i] + p[i]) }
     }
 
-    /// bTa from `self` = aTb.
+    /// The inverse transform bTa from `self` = aTb.
     pub fn inverse(&self) -> Pose {
         let rotation = transposed(&self.rotation);
         Pose { rotation, position: turned(&rotation, self.position).map(|x| -x) }
     }
 }
 
-/// A rigid part of a link, from its file.
+/// A rigid body that is part of a link, as the file gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// The part's name in the file (a URDF link).
+    /// Name of the body in the file (in a URDF: the link).
     pub name: String,
-    /// The pose of its inertial frame (origin at the centre of mass) in the link frame.
+    /// Pose of the inertial frame in the link frame. The origin of the inertial frame is at the centre of mass.
     pub pose: Pose,
-    /// Mass, kg.
+    /// Mass of the body, kg.
     pub mass: f64,
-    /// Inertia about the centre of mass, in the inertial frame, kg m^2: xx xy xz yy yz zz.
+    /// Inertia about the centre of mass, in the axes of the inertial frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
 }
 
 impl Part {
-    /// XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the link frame, in the link frame.
+    /// The parameters XX XY XZ YY YZ ZZ MX MY MZ M of the body, about the origin of the link frame and in its axes.
     pub fn parameters(&self) -> [f64; 10] {
         let mut x = [0.0; 10];
         x[..6].copy_from_slice(&self.inertia);
@@ -60,8 +60,8 @@ impl Part {
         transform_inertial(&x, &self.pose)
     }
 
-    /// The part with the ten `parameters` about the origin of the link frame, where `rotation` is the orientation of its
-    /// inertial frame in the link frame. `None` without a mass, when no centre exists.
+    /// The body with the ten `parameters` about the origin of the link frame. `rotation`: orientation of its inertial frame
+    /// in the link frame. `None` if the mass is zero, because then there is no centre of mass.
     pub(crate) fn from_parameters(name: String, parameters: &[f64; 10], rotation: Matrix3) -> Option<Part> {
         let mass = parameters[9];
         if mass == 0.0 {
@@ -75,8 +75,8 @@ impl Part {
     }
 }
 
-/// XX .. M of a body about and in frame a, from its XX .. M `x` about and in frame b; `pose` is
-/// the placement of b in a.
+/// Transforms the parameters XX .. M of a body from frame b to frame a. `x`: parameters about the origin of b, in b. `pose`:
+/// pose of b in a.
 pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *x;
     let r = &pose.rotation;
@@ -92,7 +92,7 @@ pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2), mx, my, mz, m]
 }
 
-/// The 10 x 10 matrix (rows) of [`transform_inertial`]: x_a = matrix x_b.
+/// The 10 x 10 matrix (row by row) of [`transform_inertial`]: x_a = matrix x_b.
 pub fn inertial_matrix(pose: &Pose) -> [[f64; 10]; 10] {
     let mut matrix = [[0.0; 10]; 10];
     for j in 0..10 {
@@ -121,7 +121,7 @@ mod tests {
     fn close(a: &[f64], b: &[f64]) {
         let scale = b.iter().fold(0.0f64, |s, x| s.max(x.abs()));
         for (a, b) in a.iter().zip(b) {
-            // Rounding of about thirty operations.
+            // Allowance for the rounding of about thirty operations.
             assert!((a - b).abs() <= 1e-14 * scale, "{a} {b}");
         }
     }
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn point_masses_give_their_sums() {
-        // sum m, sum m r, sum m (r.r E - r r^T), in both frames.
+        // sum m, sum m r, and sum m (r.r E - r r^T) of point masses are computed directly in both frames.
         let masses = [(1.5, [0.1, 0.2, -0.3]), (0.4, [-0.5, 0.1, 0.7]), (2.0, [0.3, -0.6, 0.2])];
         let sums = |place: &dyn Fn(Vector3) -> Vector3| {
             let mut x = [0.0; 10];

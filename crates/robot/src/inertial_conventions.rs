@@ -1,8 +1,8 @@
-//! Values of a description that are possible but probably not intended: placeholders, copies, masses that do not fit
+//! Finds values of a description that are possible but probably not intended: placeholders, copies, masses that do not fit
 //! the shape, limits without effect.
 //!
-//! A body of mass m with a density of at most rho has at least the radius of gyration of a ball of this mass and density:
-//! sqrt(2/5) (3 m/(4 pi rho))^(1/3). The densest metal gives the bound.
+//! A body of mass m and density of at most rho has at least the radius of gyration of a ball with the same mass and the
+//! density rho: sqrt(2/5) (3 m/(4 pi rho))^(1/3). rho is the density of the densest metal.
 
 use std::f64::consts::PI;
 
@@ -15,24 +15,25 @@ use crate::vector::{Vector3, norm, plus, turned};
 
 /// Density of osmium, the densest metal, kg/m^3.
 const LARGEST_DENSITY: f64 = 22_600.0;
-/// Fraction of the smallest possible radius of gyration below which the values are probably in other units.
+/// The units are probably wrong if the radius of gyration is below this fraction of the smallest possible one.
 const POSSIBLE_RADIUS_SHARE: f64 = 0.5;
-/// Lowest and highest usual density of a whole link, kg/m^3: foam, and solid steel.
+/// Lowest and highest usual mean density of a whole link, kg/m^3: foam and solid steel.
 const LINK_DENSITIES: (f64, f64) = (20.0, 12_000.0);
-/// Largest usual distance of a centre of mass from the shapes, in diagonals of the shapes.
+/// Largest usual distance of a centre of mass from the collision shapes, as a multiple of their diagonal.
 const CENTRE_MARGIN: f64 = 0.5;
-/// Largest usual radius of gyration, in diagonals of the shapes. It cannot exceed one; the factor two allows rough shapes.
+/// Largest usual radius of gyration, as a multiple of the diagonal of the collision shapes. The theoretical limit is one; two
+/// allows for rough shapes.
 const RADIUS_MARGIN: f64 = 2.0;
-/// A heavier mass without an inertia is suspicious; a lighter one is a marker of its frame, kg.
+/// A body without inertia is suspicious if its mass is above this, kg. A lighter one is often only a marker of a frame.
 const POINT_MASS_KG: f64 = 0.05;
-/// A limit of at least this magnitude means no limit, rad or m.
+/// A limit of at least this absolute value means that there is no limit, rad or m.
 const NO_LIMIT: f64 = 1e5;
-/// Smallest number of equal bodies that count as copies.
+/// Equal bodies count as copies from this number on.
 const FEWEST_COPIES: usize = 3;
-/// Two turns in each direction, rad: a larger limit is probably in degrees.
+/// Two full turns, rad. A larger position limit is probably in degrees.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
 
-/// Adds the findings about all links, then about the limits.
+/// Adds the findings on all links, and then the findings on the limits.
 pub(crate) fn inertial_conventions(robot: &Robot, findings: &mut Vec<Finding>) {
     let links = robot.links.iter().map(|link| (&link.parts, &link.collisions));
     let bodies: Vec<(&Part, Vec<&Collision>)> = std::iter::once((&robot.base.parts, &robot.base.collisions))
@@ -67,7 +68,7 @@ fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, Str
     if mass == 1.0 && part.inertia == [1.0, 0.0, 0.0, 1.0, 0.0, 1.0] {
         return find(Mistake::Placeholder, "1 kg and 1 1 1 kg m^2: a placeholder of an exporter".into());
     }
-    // Radius of gyration against the bound of the densest metal.
+    // Compares the radius of gyration with its lower bound for the densest metal.
     let radius = (largest.max(0.0) / mass).sqrt();
     let least = (0.4f64).sqrt() * (3.0 * mass / (4.0 * PI * LARGEST_DENSITY)).cbrt();
     if radius > 0.0 && radius < POSSIBLE_RADIUS_SHARE * least {
@@ -76,7 +77,7 @@ fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, Str
         );
         return find(Mistake::Units, text);
     }
-    // Density, centre of mass and radius of gyration against the collision shapes.
+    // Compares density, centre of mass and radius of gyration with the collision shapes.
     let Some((low, high, volume)) = extent(shapes) else { return };
     let diagonal = norm([0, 1, 2].map(|i| high[i] - low[i]));
     let density = mass / volume;
@@ -98,8 +99,8 @@ fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, Str
     }
 }
 
-/// Lowest and highest corner of the bounding box, m, and the volume, m^3, of shapes in the frame of their link. `None` where
-/// one of them is a mesh or could not be read.
+/// Lowest and highest corner of the bounding box of the shapes, m, and their total volume, m^3, in the frame of their link.
+/// `None` if a shape is a mesh or could not be read.
 fn extent(shapes: &[&Collision]) -> Option<(Vector3, Vector3, f64)> {
     let (mut low, mut high, mut volume) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     for shape in shapes {
@@ -125,7 +126,7 @@ fn extent(shapes: &[&Collision]) -> Option<(Vector3, Vector3, f64)> {
     (volume > 0.0).then_some((low, high, volume))
 }
 
-/// Finds one mass and inertia in most of the links.
+/// Finds out whether most links have the same mass and inertia.
 fn copied(parts: &[&Part], findings: &mut Vec<Finding>) {
     let heavy: Vec<&&Part> = parts.iter().filter(|part| part.mass > 0.0).collect();
     let alike = |a: &Part| heavy.iter().filter(|b| (b.mass, b.inertia) == (a.mass, a.inertia)).count();

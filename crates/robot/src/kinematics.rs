@@ -1,6 +1,7 @@
-//! Forward kinematics in f64: the pose of every link frame in the base frame.
+//! Forward kinematics in f64: computes the pose of every link frame in the base frame.
 //!
-//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986], written out:
+//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]; s, c: sin, cos; g, a, t:
+//! gamma, alpha, theta:
 //! R_ij = [ cg ct - sg ca st   -cg st - sg ca ct    sg sa ]   p_ij = [ cg d + sg sa r ]
 //!        [ sg ct + cg ca st   -sg st + cg ca ct   -cg sa ]          [ sg d - cg sa r ]
 //!        [ sa st               sa ct               ca    ]          [ ca r + b       ]
@@ -10,7 +11,7 @@ use crate::robot::{JointKind, LoopFrame, ModifiedDh, Robot};
 use crate::value::{Symbol, Value};
 
 impl ModifiedDh {
-    /// iTj with `angle`, rad, added to theta and `length`, m, to r.
+    /// The transform iTj. `angle`, rad, is added to theta, and `length`, m, is added to r.
     pub fn pose(&self, symbols: &[Symbol], angle: f64, length: f64) -> Pose {
         let (sg, cg) = sin_cos(&self.gamma, symbols);
         let (sa, ca) = sin_cos(&self.alpha, symbols);
@@ -30,7 +31,7 @@ impl ModifiedDh {
     }
 }
 
-/// Sine and cosine of an angle, rad; exactly 0 and +-1 where its expression is a multiple of pi/2.
+/// Sine and cosine of an angle in rad. They are exactly 0 and +-1 if the expression of the angle is a multiple of pi/2.
 pub fn sin_cos(angle: &Value, symbols: &[Symbol]) -> (f64, f64) {
     if let Some((n, d)) = angle.as_multiple_of_pi(symbols)
         && 2 % d == 0
@@ -42,8 +43,8 @@ pub fn sin_cos(angle: &Value, symbols: &[Symbol]) -> (f64, f64) {
 }
 
 impl Robot {
-    /// Pose of every link frame in the base frame at the coordinates `q`, in the order of the links;
-    /// `q` has [`Robot::n_variables`] entries.
+    /// Pose of every link frame in the base frame, in the order of the links. `q`: values of the coordinates and passive
+    /// coordinates, [`Robot::n_variables`] entries, rad (m).
     pub fn link_poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -57,7 +58,7 @@ impl Robot {
         poses
     }
 
-    /// Pose of a loop frame in the base frame, from the poses of the links at `q`.
+    /// Pose of a loop frame in the base frame. `poses`: poses of the links at `q`.
     pub(crate) fn loop_frame_pose(&self, frame: &LoopFrame, poses: &[Pose], q: &[f64]) -> Pose {
         let (angle, length) = split(frame.kind, frame.variable.number(q, &self.symbols));
         let ahead = frame.geometry.pose(&self.symbols, angle, length);
@@ -65,7 +66,7 @@ impl Robot {
     }
 }
 
-/// A joint variable as the angle, rad, and the length, m, that it adds to theta and r.
+/// The part of a joint variable that is added to theta, rad, and the part that is added to r, m.
 fn split(kind: JointKind, variable: f64) -> (f64, f64) {
     match kind {
         JointKind::Revolute => (variable, 0.0),

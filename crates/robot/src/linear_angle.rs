@@ -1,4 +1,4 @@
-//! Exact sums of angles: equal symbols cancel, multiples of pi/12 are added to one multiple.
+//! Exact sums of angles: equal symbols cancel, and multiples of pi/12 are added exactly.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use crate::angle_snap::computed_angle;
 use crate::value::{Symbol, SymbolId, Value};
 
-/// An angle as an integer combination of symbols, a multiple of pi/12, and other terms with integer factors.
+/// An angle as a sum: symbols with integer factors, a multiple of pi/12, and other terms with integer factors.
 #[derive(Default)]
 pub(crate) struct LinearAngle {
     symbols: BTreeMap<SymbolId, i64>,
@@ -62,7 +62,7 @@ impl LinearAngle {
     }
 }
 
-/// The equivalent angle in (-pi, pi], rad.
+/// The angle in (-pi, pi], rad, that differs from `angle` by full turns.
 pub(crate) fn wrapped(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }

@@ -1,11 +1,11 @@
-//! Finds usual mistakes in the inertial parameters of a description: values that no body can have.
+//! Finds usual mistakes in the inertial parameters of a description: values that no real body can have.
 //!
-//! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia S = (tr(I_C)/2) E - I_C must be
-//! positive definite [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the slacks of the triangle inequalities of
-//! the principal moments. Where it is not positive definite, the mistakes that would explain it are tried: exchanged
-//! entries, an inertia about the other point. A mistake that results in a possible body cannot be found.
+//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part
+//! of the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of
+//! the principal moments. If S is not positive definite, possible mistakes are tried: exchanged entries, or an inertia about
+//! another point. A mistake cannot be found if the wrong values are also physically possible.
 //!
-//! Whether the values are the true ones of the robot is the subject of identification, and not checked here.
+//! Whether the values are correct for the real robot is not checked here; this is the task of identification.
 
 use crate::inertial::{Part, Pose, transform_inertial};
 use crate::inertial_conventions::inertial_conventions;
@@ -14,18 +14,18 @@ use crate::robot::{Link, Robot};
 
 pub use crate::finding::{Finding, Mistake};
 
-/// Largest magnitude of a negative eigenvalue of S that is allowed, relative to the trace of I: rounded digits of a file.
+/// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of I, because files contain rounded digits.
 const EIGENVALUE_SLACK: f64 = 1e-4;
-/// Mass above which the unit is probably g, kg.
+/// If a mass is above this, kg, its unit is probably g.
 const LARGE_MASS_KG: f64 = 3000.0;
-/// Distance of a centre of mass above which the unit is probably mm, m.
+/// If a centre of mass is farther away than this, m, its unit is probably mm.
 const FAR_CENTRE_M: f64 = 10.0;
-/// Radius of gyration above which the unit is probably another, m.
+/// If a radius of gyration is above this, m, the units are probably wrong.
 const LARGE_RADIUS_M: f64 = 10.0;
-/// Radius of gyration below which the unit is probably another, m.
+/// If a radius of gyration is below this, m, the units are probably wrong.
 const SMALL_RADIUS_M: f64 = 1e-4;
 
-/// The findings about a robot, link by link.
+/// The findings on the inertial parameters of a robot, link by link.
 pub fn lint(robot: &Robot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for part in &robot.base.parts {
@@ -48,7 +48,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
     findings
 }
 
-/// Checks a link whose parameters are given about the origin of its frame.
+/// Checks a link whose parameters are given about the origin of its link frame.
 fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: name.into(), mistake, text });
     let Some(part) = Part::from_parameters(name.into(), x, Pose::IDENTITY.rotation) else {
@@ -77,8 +77,8 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Checks a part given about its centre of mass. `file_frame`: the pose of the file's link frame in the link frame; `own`:
-/// whether this is the frame of the part itself.
+/// Checks a body that is given about its centre of mass. `file_frame`: pose of the file's link frame in the link frame.
+/// `own`: whether this file frame belongs to the body itself.
 fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
     if part.mass < 0.0 {
@@ -97,8 +97,8 @@ fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Fi
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
-    // Was the inertia shifted from the origin to the centre of mass once too often? The shift m (c.c E - c c^T) is added
-    // back, with c from the origin of the file's frame, in the axes of the inertia.
+    // Checks whether the inertia was shifted from the origin to the centre of mass once too often: the shift m (c.c E - c
+    // c^T) is added again. c: vector from the origin of the file's frame, in the axes of the inertia.
     let c = in_file.inverse().position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
@@ -118,7 +118,7 @@ fn with_inertia(x: &[f64; 10], six: [f64; 6]) -> [f64; 10] {
     changed
 }
 
-/// Finds exchanges of two entries for which the body would be possible.
+/// Tries exchanges of two entries, and reports those with which the body becomes possible.
 fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl FnMut(Mistake, String)) {
     let exchanged = |i: usize, j: usize| {
         let mut six = [0.0; 6];
@@ -178,11 +178,11 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
-/// A rotation of the inertial frame that changes no entry by more than this fraction of the largest principal moment counts
-/// as rounding of an angle, because files give six digits.
+/// The inertial frame counts as not rotated if the rotation changes each entry by at most this fraction of the largest
+/// principal moment: files give angles with six digits.
 const ROUNDED_TURN_SHARE: f64 = 1e-6;
 
-/// Finds an inertial frame whose orientation in its link changes the inertia.
+/// Reports an inertial frame if its rotation relative to the link changes the inertia.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
         return;

@@ -1,7 +1,7 @@
-//! A robot with locked joints: a gripper that a log does not have, a brake that is closed.
+//! A robot with locked joints, for example a gripper that is not in the log, or a closed brake.
 //!
-//! The coordinate is removed, and each joint and loop that it moved has the constant angle or length of its value. The links
-//! behind it stay, with their parameters.
+//! A locked coordinate is removed. Each joint and loop frame that it moved gets a constant angle or length. The links behind
+//! the joint are kept, with their parameters.
 
 use gate::suggestion::did_you_mean;
 
@@ -12,7 +12,7 @@ use crate::value::{Affine, Value};
 impl Robot {
     /// This robot with the coordinate `name` locked at `position`, rad (m).
     ///
-    /// Fails where there is no such coordinate or no other one, and where a loop is solved numerically.
+    /// Fails if there is no coordinate of this name or no other coordinate, or if a loop is solved numerically.
     pub fn locked(&self, name: &str, position: f64) -> Result<Robot, String> {
         let names = || self.coordinates.iter().map(|coordinate| coordinate.name.as_str());
         let Some(k) = names().position(|own| own == name) else {
@@ -46,7 +46,7 @@ impl Robot {
     }
 }
 
-/// Adds the contribution of coordinate k to the geometry, and renumbers the other coordinates.
+/// Adds the contribution of the locked coordinate k to the geometry, and renumbers the other coordinates.
 fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: usize, position: f64) {
     let part: f64 = variable.terms.iter().filter(|term| term.0.0 == k).map(|term| term.1 * position).sum();
     variable.terms.retain(|term| term.0.0 != k);
@@ -55,7 +55,7 @@ fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: us
         return;
     }
     let shifted = |value: &Value, exact: fn(f64) -> Value| match value {
-        // A value with symbols keeps them.
+        // A value with symbols keeps its symbols: the position is added as a term.
         Value::Number(x) => exact(x + part),
         value => Value::Add(Box::new(value.clone()), Box::new(Value::Number(part))),
     };
@@ -71,7 +71,8 @@ mod tests {
     use crate::Drive;
     use crate::format::{read_urdf, read_yaml};
 
-    /// All links have the poses of the whole robot with the joint at this position; a joint that follows it is fixed too.
+    /// The links have the same poses as in the whole robot with the joint at this position. A joint that follows the locked
+    /// joint is fixed too.
     #[test]
     fn a_locked_robot_is_the_robot_at_that_position() {
         let text = "convention: khalil-kleinfinger\nname: arm\nsymbols: {A: 0.2}\nlinks:\n\

@@ -1,19 +1,19 @@
-//! The vertices and triangles of a mesh file: STL, binary and text, and OBJ.
+//! Reads the vertices and triangles of mesh files: binary and text STL, and OBJ.
 //!
-//! Normals, textures and names are not read. A face of an OBJ with more than three corners is divided into a fan.
+//! Normals, textures and names are ignored. A face of an OBJ with more than three corners is divided into a fan of triangles.
 //!
-//! The vertices of other formats are read by functions that other packages register.
+//! Other packages can register functions that read the vertices of other formats.
 //!
-//! The search for a file is elsewhere.
+//! Not here: the search for mesh files.
 
 use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::vector::Vector3;
 
-/// The vertices of a file, with repetitions; `path` determines the format and is in messages.
+/// The vertices in the content of a mesh file, with repetitions. `path` determines the format and appears in messages.
 ///
-/// Fails where the content does not have this format.
+/// Fails if the content does not have this format.
 pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let read = match format(path)? {
         Format::Stl => stl(bytes),
@@ -23,9 +23,9 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     read.map_err(|what| format!("{}: {what}", path.display()))
 }
 
-/// The triangles of a file; `path` determines the format and is in messages.
+/// The triangles in the content of a mesh file. `path` determines the format and appears in messages.
 ///
-/// Fails where the content does not have this format, and for registered formats, which have only vertices.
+/// Fails if the content does not have this format, or if the format is a registered one, because those provide only vertices.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     if let (Format::Stl, Some(body)) = (format(path)?, binary(bytes)) {
         return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).map(triangle).collect());
@@ -46,26 +46,26 @@ enum Format {
     Registered(ReadVertices),
 }
 
-/// The vertices of the bytes of a file, m.
+/// A function that reads the vertices, m, from the bytes of a file.
 pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
 
-/// A format of meshes that another package reads.
+/// A mesh format that another package can read.
 #[derive(Clone, Copy)]
 pub struct MeshFormat {
-    /// The extension of its files, in lower case.
+    /// File extension of the format, in lower case.
     pub extension: &'static str,
-    /// The function that reads it, or the message where there is none.
+    /// The function that reads the vertices; or a message why the format cannot be read.
     pub vertices: Result<ReadVertices, &'static str>,
 }
 
 static FORMATS: OnceLock<Vec<MeshFormat>> = OnceLock::new();
 
-/// Adds formats; only the first call has an effect.
+/// Registers additional formats. Only the first call has an effect.
 pub fn register(formats: Vec<MeshFormat>) {
     FORMATS.get_or_init(|| formats);
 }
 
-/// Fails where the extension belongs to no format that is read.
+/// Fails if no known format has the extension of `path`.
 pub fn check_format(path: &Path) -> Result<(), String> {
     format(path).map(|_| ())
 }
@@ -91,7 +91,8 @@ fn format(path: &Path) -> Result<Format, String> {
     }
 }
 
-/// The triangles of the faces of an OBJ: corners by index from 1, or backwards from the last vertex before (-1).
+/// The triangles of the faces of an OBJ. A face refers to a vertex by its index from 1, or by a negative index from the
+/// last vertex (-1).
 fn faces(bytes: &[u8], corners: &[Vector3]) -> Result<Vec<[Vector3; 3]>, String> {
     let mut found = Vec::new();
     let mut so_far = 0;
@@ -118,26 +119,26 @@ fn faces(bytes: &[u8], corners: &[Vector3]) -> Result<Vec<[Vector3; 3]>, String>
     Ok(found)
 }
 
-/// Bytes before the triangles: a header of 80 bytes, and the number of triangles.
+/// Number of bytes before the triangles of a binary STL: a header of 80 bytes, and the number of triangles.
 const STL_HEADER_BYTES: usize = 84;
-/// Bytes of a triangle: its normal, three vertices and two bytes.
+/// Number of bytes of a triangle in a binary STL: its normal, three vertices, and two more bytes.
 const STL_TRIANGLE_BYTES: usize = 50;
 
-/// The bytes of the triangles of a binary STL; `None` where the length does not fit. The header of a binary STL may also
-/// begin with `solid`, so the length decides.
+/// The bytes of the triangles of a binary STL. `None` if the length does not fit: then it is a text STL. The header of a
+/// binary STL may also start with `solid`, so only the length is reliable.
 fn binary(bytes: &[u8]) -> Option<&[u8]> {
     let body = bytes.get(STL_HEADER_BYTES..)?;
     let is_whole = body.len().is_multiple_of(STL_TRIANGLE_BYTES);
     (is_whole && body.len() / STL_TRIANGLE_BYTES == promised(bytes)).then_some(body)
 }
 
-/// The number of triangles in the header of a binary STL.
+/// The number of triangles that the header of a binary STL states.
 fn promised(bytes: &[u8]) -> usize {
     let word = bytes.get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES);
     word.and_then(|b| <[u8; 4]>::try_from(b).ok()).map_or(0, |b| u32::from_le_bytes(b) as usize)
 }
 
-/// The corners of a triangle of a binary STL, which come after its normal.
+/// The corners of a triangle of a binary STL. They follow the normal.
 fn triangle(bytes: &[u8]) -> [Vector3; 3] {
     let (words, _) = bytes.as_chunks::<4>();
     let mut corners = [[f64::NAN; 3]; 3];
@@ -159,7 +160,7 @@ fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"))
 }
 
-/// The vertices of a text: the three numbers behind `word` on each line that begins with this word.
+/// The vertices of a text file: on each line that starts with `word`, the three numbers after it.
 fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
     let mut found = Vec::new();
     for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {

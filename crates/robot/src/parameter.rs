@@ -1,48 +1,49 @@
-//! The standard parameters of a link and their names.
+//! The standard parameters of a link, and their names.
 
 use std::fmt;
 
 use crate::robot::{Link, LinkId, Robot, RotorInertia};
 
-/// The ten inertial parameters of a link and its rotor inertia, in the order of every vector.
+/// A standard parameter: one of the ten inertial parameters of a link, or its rotor inertia. The order is the order
+/// in all vectors.
 ///
-/// XX .. ZZ: inertia about the origin of the link frame, in the link frame, kg m^2 (XY = -sum m x y:
-/// the entry of the matrix). MX MY MZ: first moments, kg m. M: mass, kg. Ia: rotor inertia seen
-/// from the joint, kg m^2 (kg for a prismatic joint): the torque Ia ddq_j.
+/// XX .. ZZ: inertia about the origin of the link frame, in its axes, kg m^2 (XY = -sum m x y, the entry of the matrix). MX
+/// MY MZ: first moments, kg m. M: mass, kg. Ia: rotor inertia as seen from the joint, kg m^2 (kg for a prismatic joint); its
+/// torque is Ia ddq_j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Inertial {
-    /// sum m (y^2 + z^2), kg m^2.
+    /// XX = sum m (y^2 + z^2), kg m^2.
     Xx,
-    /// -sum m x y, kg m^2.
+    /// XY = -sum m x y, kg m^2.
     Xy,
-    /// -sum m x z, kg m^2.
+    /// XZ = -sum m x z, kg m^2.
     Xz,
-    /// sum m (x^2 + z^2), kg m^2.
+    /// YY = sum m (x^2 + z^2), kg m^2.
     Yy,
-    /// -sum m y z, kg m^2.
+    /// YZ = -sum m y z, kg m^2.
     Yz,
-    /// sum m (x^2 + y^2), kg m^2.
+    /// ZZ = sum m (x^2 + y^2), kg m^2.
     Zz,
-    /// sum m x, kg m.
+    /// MX = sum m x, kg m.
     Mx,
-    /// sum m y, kg m.
+    /// MY = sum m y, kg m.
     My,
-    /// sum m z, kg m.
+    /// MZ = sum m z, kg m.
     Mz,
-    /// sum m, kg.
+    /// Mass M = sum m, kg.
     M,
-    /// Rotor inertia seen from the joint, kg m^2 (kg).
+    /// Rotor inertia IA as seen from the joint, kg m^2 (kg for a prismatic joint).
     Ia,
 }
 
 impl Inertial {
-    /// The ten parameters of the body, without the rotor inertia.
+    /// The ten inertial parameters of a body, without the rotor inertia.
     pub const BODY: [Inertial; 10] = {
         use Inertial::*;
         [Xx, Xy, Xz, Yy, Yz, Zz, Mx, My, Mz, M]
     };
 
-    /// The name in SYMORO: `XX`, `MX`, `IA`.
+    /// The name of the parameter in SYMORO, for example `XX`, `MX` or `IA`.
     pub fn letters(self) -> &'static str {
         use Inertial::*;
         match self {
@@ -60,7 +61,7 @@ impl Inertial {
         }
     }
 
-    /// Whether it is a first moment: MX, MY or MZ.
+    /// Whether the parameter is a first moment: MX, MY or MZ.
     pub fn is_first_moment(self) -> bool {
         matches!(self, Inertial::Mx | Inertial::My | Inertial::Mz)
     }
@@ -69,14 +70,15 @@ impl Inertial {
 /// One standard parameter of one link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StandardParameter {
-    /// The link, or the link behind the joint for a rotor.
+    /// The link to which the parameter belongs. A rotor inertia belongs to the link that its joint moves.
     pub link: LinkId,
-    /// The parameter, one of eleven.
+    /// Which of the eleven parameters it is.
     pub inertial: Inertial,
 }
 
 impl StandardParameter {
-    /// All standard parameters of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
+    /// All standard parameters of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, and then IA if the joint has
+    /// a rotor inertia.
     pub fn all(robot: &Robot) -> Vec<StandardParameter> {
         let of_link = |(j, link): (usize, &Link)| {
             let rotor = link.joint.rotor_inertia.is_modelled().then_some(Inertial::Ia);
@@ -86,7 +88,7 @@ impl StandardParameter {
         robot.links.iter().enumerate().skip(robot.massless).flat_map(of_link).collect()
     }
 
-    /// The nominal value; `None` where the description gives none.
+    /// The nominal value of the parameter; `None` if the description gives none.
     pub fn value(self, robot: &Robot) -> Option<f64> {
         let link = robot.link(self.link);
         match (Inertial::BODY.iter().position(|i| *i == self.inertial), link.joint.rotor_inertia) {
@@ -96,7 +98,7 @@ impl StandardParameter {
         }
     }
 
-    /// The name with the label of its link: `XX4`, or `XX_elbow` where the label is a word.
+    /// The name of the parameter with the label of its link: `XX4`, or `XX_elbow` if the label is a word.
     pub fn display(self, robot: &Robot) -> impl fmt::Display {
         let label = &robot.link(self.link).label;
         let separator = if label.starts_with(|c: char| c.is_ascii_digit()) { "" } else { "_" };

@@ -1,19 +1,19 @@
-//! The passive joints of closed loops as affine functions of the coordinates, where they are affine.
+//! Expresses the passive joints of closed loops as affine functions of the coordinates, if this is possible.
 //!
-//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation. Its polygon may give more. With
-//! the relations of other loops found before, some sides have a constant angle to each other. Each group of such sides is
-//! added up to one vector. Equations follow if the result is
+//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation. Its polygon may give more equations.
+//! Because of the relations that were found before, some sides have a constant angle to each other. The sides of each such
+//! group are added up to one vector. Equations follow if the result is
 //!
 //! - two vectors: they are opposite;
-//! - four vectors with equal opposite lengths, whose assembly next to the start is a parallelogram: v_1 = -v_3 and
+//! - four vectors with equal opposite lengths: if the loop nearest to the start values is a parallelogram, v_1 = -v_3 and
 //!   v_2 = -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal
-//!   at every value of the symbols; where they are equal only at the values of the file, the loop is a general four-bar.
+//!   at every value of the symbols. If they are equal only at the values of the file, the loop is a general four-bar.
 //!
-//! The pass over the loops is repeated as long as one of them gives a new relation, since parallelograms with common links
-//! are resolved one after the other. The constants of the relations are exact: their changes with each symbol show that they
-//! are integer combinations of symbols and a multiple of pi/12. A joint without a relation stays a passive coordinate.
+//! The loops are treated repeatedly as long as one of them gives a new relation, because parallelograms with common links are
+//! resolved one after the other. The constants of the relations are exact: their changes with each symbol show that they are
+//! integer combinations of symbols and a multiple of pi/12. A joint without a relation stays a passive coordinate.
 //!
-//! General and crossed four-bars, slider-cranks and spatial loops are excluded, since no affine relation describes them.
+//! General and crossed four-bars, slider-cranks and spatial loops are not resolved, because no affine relation describes them.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -26,9 +26,9 @@ use crate::relation::{Linear, Relation, apply, reduced};
 use crate::robot::{Note, Robot};
 use crate::value::{SymbolId, Value};
 
-/// Resolves the passive coordinates of [`Robot::passive`] with affine relations: their joints follow the coordinates, the
-/// constants are added to the geometry, and each relation gets a note. Fails when a loop cannot close, or relates
-/// coordinates to each other.
+/// Finds affine relations for the passive coordinates [`Robot::passive`] and applies them: their joints follow the
+/// coordinates, and the constants are added to the geometry. Each relation gets a note. Fails if a loop cannot close, or if
+/// it relates coordinates to each other.
 pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     if robot.passive.is_empty() {
         return Ok(());
@@ -41,27 +41,28 @@ pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     Ok(())
 }
 
-/// The origin of an equation, to form it again at other values of the symbols.
+/// The source of an equation. It is stored so that the equation can be formed again at other values of the symbols.
 #[derive(Clone, Debug)]
 enum EquationOrigin {
-    /// The orientation of a loop.
+    /// The equation follows from the orientation of the loop with this index.
     Turn(usize),
-    /// The sums of two groups of sides of a loop are opposite.
+    /// The equation states that the sums of two groups of sides of a loop are opposite: index of the loop, and indices
+    /// of the sides.
     Opposite(usize, Vec<usize>, Vec<usize>),
 }
 
-/// The relations of all loops. Adds the origins of their equations to `steps`, and the assumed linkages to `notes`.
+/// Finds the relations of all loops. Adds the sources of their equations to `steps`, and notes on assumed linkages to `notes`.
 fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
     let symbols = &robot.symbols;
     let mut relations: Vec<Relation> = Vec::new();
-    // Each loop that passive coordinates close, as a polygon where it is planar.
+    // Each planar loop with passive coordinates is converted to a polygon.
     let mut polygons = Vec::with_capacity(robot.loops.len());
     for (l, one) in robot.loops.iter().enumerate() {
         let named = |e: String| format!("loop {} cannot close: {e}", l + 1);
         let planar = if robot.is_implicit(one) { polygon(robot, symbols, one).map_err(named)? } else { None };
         polygons.push(planar);
     }
-    // First the orientation of each loop, then groups of sides with constant angles.
+    // First the equations from the orientation of each loop are tried, then those from groups of sides with constant angles.
     let mut tried: Vec<EquationOrigin> =
         (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(EquationOrigin::Turn).collect();
     let mut first = true;
@@ -78,7 +79,7 @@ fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>)
             return Ok(relations);
         }
         first = false;
-        // With the new relations, other sides may have constant angles: check every loop again.
+        // New relations may give other sides constant angles, so every loop is checked again.
         for (l, polygon) in polygons.iter().enumerate() {
             if let Some(polygon) = polygon {
                 tried.extend(opposite(robot, l, polygon, &relations, steps, notes)?);
@@ -90,7 +91,7 @@ fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>)
     }
 }
 
-/// The pairs of groups of sides of a loop whose sums must be opposite, given the relations so far.
+/// The pairs of groups of sides of loop l whose sums must be opposite because of the relations found so far.
 fn opposite(
     robot: &Robot,
     l: usize,
@@ -99,7 +100,7 @@ fn opposite(
     steps: &[EquationOrigin],
     notes: &mut Vec<Note>,
 ) -> Result<Vec<EquationOrigin>, String> {
-    // Groups of sides with constant angles to each other: their coefficients, their sum, their indices.
+    // Groups of sides with constant angles to each other: coefficients of the group, sum of its vectors, indices of its sides.
     let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
     for (k, side) in polygon.sides.iter().enumerate() {
         let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
@@ -137,7 +138,8 @@ fn opposite(
     }
 }
 
-/// Whether four sums of sides, with equal opposite lengths at these values, are a parallelogram; and the note about it.
+/// Whether four sums of sides form a parallelogram; their opposite lengths are equal at the values of the file. Also returns
+/// the note about the assumption.
 fn parallelogram(
     robot: &Robot,
     l: usize,
@@ -157,7 +159,7 @@ fn parallelogram(
     }
     let n = robot.n_coordinates();
     let start: Vec<f64> = vec![0.0; n].into_iter().chain(robot.passive.iter().map(|p| p.start)).collect();
-    // With the relations substituted, the remaining variables are free.
+    // The relations are substituted, so that only free variables remain.
     let settled = |(turn, angle): Linear| reduced(relations, (turn, angle));
     let side = |side: &Side| {
         let (turn, angle) = settled((side.turn.clone(), 0.0));
@@ -185,14 +187,15 @@ fn parallelogram(
     }
 }
 
-/// The symbols whose change alone makes opposite sums of sides unequal in length; empty where they are equal at every value
-/// of the symbols.
+/// The symbols that make the lengths of opposite sums of sides unequal if they change alone. Empty if the lengths are equal
+/// at every value of the symbols.
 fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [&[usize]; 4]) -> Vec<String> {
-    /// Smallest difference of unequal lengths, m. Changed symbols change lengths by about 0.01 m, rounding by 1e-15 m.
+    /// Lengths count as unequal if they differ by at least this, m. Changed symbols change a length by about 0.01 m, rounding
+    /// by 1e-15 m.
     const DIFFERENT_LENGTHS_M: f64 = 1e-7;
     let free = free_symbols(robot);
     let differ = |amounts: &dyn Fn(usize) -> f64| {
-        // Where the loop is no polygon at the changed values, nothing follows about its sides.
+        // If the loop is not a polygon at the changed values, no statement about its sides is possible.
         let Some((polygons, relations)) = again(robot, &free, steps, amounts) else { return false };
         let Some(polygon) = &polygons[l] else { return false };
         let length = |sides: &[usize]| {
@@ -213,26 +216,26 @@ fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [
     alone.map(|&s| robot.symbols[s].name.clone()).collect()
 }
 
-/// The change of a symbol where it changes alone, m or rad.
+/// Change of a symbol if it is the only one that changes, m or rad.
 const SINGLE_SYMBOL_STEP: f64 = 0.0137;
-/// Mean change of a symbol where all symbols change, m or rad.
+/// Mean change of a symbol if all symbols change, m or rad.
 const COMMON_STEP: f64 = 0.05;
-/// Amplitude of the differences of these changes, m or rad.
+/// If all symbols change, their changes differ from the mean by up to this, m or rad.
 const COMMON_STEP_VARIATION: f64 = 0.031;
-/// Phase between the changes of two consecutive symbols, rad.
+/// The changes of consecutive symbols are values of a sine with this phase difference, rad.
 const COMMON_STEP_PHASE: f64 = 1.7;
 
-/// The change of the s-th symbol where all symbols change, each by a different amount, m or rad.
+/// Change of symbol s if all symbols change, m or rad. It is different for each symbol.
 fn together(s: usize) -> f64 {
     COMMON_STEP + COMMON_STEP_VARIATION * (s as f64 * COMMON_STEP_PHASE).sin()
 }
 
-/// The symbols that are not defined by other symbols.
+/// Indices of the symbols with a number as value, not an expression of other symbols.
 fn free_symbols(robot: &Robot) -> Vec<usize> {
     (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect()
 }
 
-/// The polygons and the relations of `steps` with the free symbols changed by `amounts`; `None` where a step fails.
+/// Forms the polygons and the relations of `steps` again after the free symbols change by `amounts`. `None` if a step fails.
 fn again(
     robot: &Robot,
     free: &[usize],
@@ -256,13 +259,13 @@ fn again(
     Some((polygons, relations))
 }
 
-/// The equation of a step; `None` where its sides vanish.
+/// The equation of a step; `None` if the sum of its sides is zero.
 fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &EquationOrigin) -> Option<Linear> {
     match step {
         EquationOrigin::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
         EquationOrigin::Opposite(l, one, other) => {
             let polygon = polygons[*l].as_ref()?;
-            // Phi of the first side, and the angle of the sum at this Phi = 0.
+            // The coefficients of Phi for the first side, and the angle of the sum of the sides if this Phi is zero.
             let sum = |sides: &[usize]| -> Linear {
                 let lead = reduced(relations, (polygon.sides[sides[0]].turn.clone(), 0.0));
                 let mut total = [0.0; 2];
@@ -279,8 +282,8 @@ fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Equatio
     }
 }
 
-/// Adds an equation to the relations. Returns false when it follows from them or determines no passive variable. Fails where
-/// it cannot hold or relates coordinates to each other.
+/// Adds an equation to the relations. Returns false if the equation follows from them or contains no passive variable. Fails
+/// if it contradicts them or relates coordinates to each other.
 fn add(
     robot: &Robot,
     relations: &mut Vec<Relation>,
@@ -288,7 +291,7 @@ fn add(
     step: &EquationOrigin,
 ) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is sum c x = constant, so the constant of the substitution moves to the right-hand side.
+    // The equation is sum c x = constant. So the constant from the substitution moves to the right-hand side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;
@@ -331,14 +334,15 @@ fn add(
     Ok(true)
 }
 
-/// Largest difference of an integer slope from an integer, rad/rad. Differences of angles accurate to 1e-15 over a step of
-/// 0.01 have an error of 1e-13. A slope that is no integer depends on lengths and is not this close to an integer.
+/// A slope counts as an integer if it differs from one by at most this, rad/rad. Angles are accurate to 1e-15, so a slope
+/// over a step of 0.01 has an error of 1e-13. A slope that depends on lengths is not that close to an integer.
 const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 
-/// The constants of the relations as values, and whether they are exact; else they are numbers that hold at these lengths.
+/// The constants of the relations, and whether each is an exact expression. Otherwise it is a number that holds only at the
+/// present values of the symbols.
 fn exact_constants(robot: &Robot, steps: &[EquationOrigin], relations: &[Relation]) -> Vec<(Value, bool)> {
     let free = free_symbols(robot);
-    // The constants with each free symbol changed by its own amount.
+    // The constants of the relations after each free symbol changes by its amount.
     let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
         again(robot, &free, steps, amounts).map(|(_, relations)| relations.iter().map(|r| r.constant).collect())
     };

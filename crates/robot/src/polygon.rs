@@ -1,42 +1,42 @@
-//! A planar loop as a closed polygon.
+//! Describes a planar loop as a closed polygon.
 //!
-//! Where all moving joints of a loop are revolute and their axes parallel, the loop lies in
-//! the plane normal to them. Each rigid side is a vector s_k of that plane, turned by Phi_k, the sum of
-//! the joint variables before it, signed by the direction of their axes:
+//! If all moving joints of a loop are revolute with parallel axes, the loop lies in the plane normal to the axes. Each rigid
+//! side is a vector s_k in this plane. It is turned by the angle Phi_k: the sum of the joint variables before it, with signs
+//! according to the directions of the axes:
 //!
 //! ```text
 //! sum_k s_k exp(i Phi_k) = 0        Phi_cut - Phi_twin = delta  (mod 2 pi)
 //! ```
-//! The Phi are linear in the variables; constant angles are in the s_k and in delta.
+//! Phi_cut, Phi_twin: the angles at the ends of the two branches. All Phi are linear in the variables. Constant angles are
+//! included in the s_k and in delta.
 
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, minus, norm, product, scaled, transposed, turned};
 
-/// Largest rounding error between frames that coincide, m and rad.
+/// Bound of the rounding error between two frames that coincide, m and rad.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// The sides in the order of the loop: from the common link to the cut, then from the twin back.
+    /// The sides in the order of the loop: first from the common link to the cut, then from the twin back.
     pub sides: Vec<Side>,
-    /// Coefficients of Phi_cut - Phi_twin, one per variable of the robot.
+    /// Coefficients of Phi_cut - Phi_twin, one for each variable of the robot.
     pub turn: Vec<f64>,
-    /// delta, rad.
+    /// The constant angle delta, rad.
     pub angle: f64,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Side {
-    /// Vector in the plane, m.
+    /// The vector s_k of the side in the plane, m.
     pub vector: [f64; 2],
-    /// Coefficients of Phi.
+    /// Coefficients of the angle Phi_k, one for each variable of the robot.
     pub turn: Vec<f64>,
 }
 
-/// The polygon of a loop at the values of `symbols`; `None` when it is not planar. Fails when
-/// it cannot close.
+/// The polygon of a loop at the values of `symbols`. `None` if the loop is not planar. Fails if the loop cannot close.
 pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<Option<Polygon>, String> {
     let (cut, twin) = (Chain::new(robot, &one.cut), Chain::new(robot, &one.twin));
     let common = cut.links.iter().zip(&twin.links).take_while(|(a, b)| a == b).count();
@@ -58,7 +58,7 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
         return Err(format!("its joints move in one plane, and the two ends lie in planes {apart:.3e} m apart"));
     }
 
-    // Two directions normal to the axis.
+    // Two directions x and y in the plane, normal to the axis.
     let across = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| cross(axis, e));
     let longest = across.into_iter().max_by(|a, b| norm(*a).total_cmp(&norm(*b))).unwrap_or_default();
     let x = scaled(longest, 1.0 / norm(longest));
@@ -78,7 +78,7 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
     }))
 }
 
-/// One branch of a loop, from the base to its loop frame.
+/// One branch of a loop: the chain of links from the base to the loop frame.
 struct Chain<'a> {
     links: Vec<usize>,
     frame: &'a LoopFrame,
@@ -86,7 +86,7 @@ struct Chain<'a> {
     end: Pose,
 }
 
-/// A moving joint, at zero variables, in the frame of the first link of the branch.
+/// A moving joint of a branch at zero variables, in the frame of the first link of the branch.
 struct MovingJoint {
     axis: Vector3,
     origin: Vector3,
@@ -102,7 +102,7 @@ impl<'a> Chain<'a> {
         Chain { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
     }
 
-    /// The branch without its first `common` links, in the frame of the last of them.
+    /// The branch without its first `common` links, expressed in the frame of the last of these links.
     fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Chain<'a> {
         self.links.drain(..common);
         let mut pose = Pose::IDENTITY;
@@ -122,7 +122,8 @@ impl<'a> Chain<'a> {
         self
     }
 
-    /// The vectors from joint to joint with the coefficients of their Phi, and of the Phi of the end.
+    /// The vectors from joint to joint, each with the coefficients of its Phi; and the coefficients of Phi at the end
+    /// of the branch.
     fn sides(&self, axis: Vector3, n: usize) -> (Vec<(Vector3, Vec<f64>)>, Vec<f64>) {
         let mut sides = Vec::with_capacity(self.joints.len() + 1);
         let mut phi = vec![0.0; n];

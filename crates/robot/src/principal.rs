@@ -1,13 +1,13 @@
-//! Principal moments and axes of inertia.
+//! Principal moments and principal axes of inertia.
 
 use crate::inertial::{Matrix3, Pose};
 use crate::vector::{product, transposed};
 
-/// Sweeps of Jacobi's method, more than it needs to converge.
+/// Number of sweeps of Jacobi's method. It converges in fewer sweeps.
 const JACOBI_SWEEPS: usize = 30;
 
-/// Eigenvalues of the symmetric matrix xx xy xz yy yz zz, ascending, by Jacobi's rotations, and the matrix whose columns are
-/// the eigenvectors.
+/// Eigenvalues, in ascending order, of the symmetric matrix xx xy xz yy yz zz, and the matrix with the eigenvectors as
+/// columns. They are computed by Jacobi's method.
 pub(crate) fn principal_axes(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> ([f64; 3], Matrix3) {
     let mut a: Matrix3 = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let mut axes = Pose::IDENTITY.rotation;
@@ -48,7 +48,7 @@ mod tests {
         }
         for (found, of) in [(0, 0), (1, 2), (2, 1)] {
             let along: f64 = (0..3).map(|r| axes[r][found] * rotation[r][of]).sum();
-            // Rounding of 90 rotations.
+            // Allowance for the rounding of 90 rotations.
             assert!((along.abs() - 1.0).abs() < 1e-13, "{along}");
         }
     }

@@ -1,4 +1,4 @@
-//! Linear relations between joint variables, and their substitution into equations and joints.
+//! Linear relations between joint variables; substitutes them into equations and joints.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::polygon::COINCIDENCE_ROUNDING;
 use crate::robot::{JointKind, ModifiedDh, Note, Robot};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
-/// The relation x_pivot = constant - sum of the other coefficients times their variables.
+/// A linear relation: x_pivot = constant - sum of (coefficient times variable) over the other variables.
 #[derive(Clone, Debug)]
 pub(crate) struct Relation {
     pub pivot: usize,
@@ -15,10 +15,10 @@ pub(crate) struct Relation {
     pub constant: f64,
 }
 
-/// An equation or an angle: coefficients of the variables, and a constant.
+/// A linear expression for an equation or an angle: one coefficient for each variable, and a constant.
 pub(crate) type Linear = (Vec<f64>, f64);
 
-/// Substitutes the relations into an equation or an angle.
+/// Substitutes the relations into a linear expression.
 pub(crate) fn reduced(relations: &[Relation], (mut coefficients, mut constant): Linear) -> Linear {
     for relation in relations {
         let factor = coefficients[relation.pivot];
@@ -37,11 +37,11 @@ pub(crate) fn reduced(relations: &[Relation], (mut coefficients, mut constant): 
     (coefficients, constant)
 }
 
-/// Substitutes the relations into the joints, and renumbers the remaining passive coordinates.
+/// Substitutes the relations into the joints of a robot, and renumbers the passive coordinates that remain.
 pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)]) {
     let n = robot.n_coordinates();
     let total = robot.n_variables();
-    // A variable without a relation remains passive; the remaining variables are renumbered.
+    // A passive variable without a relation remains. The remaining variables are renumbered.
     let remains: Vec<usize> = (n..total).filter(|k| relations.iter().all(|r| r.pivot != *k)).collect();
     let place = |k: usize| if k < n { k } else { n + remains.iter().position(|&r| r == k).unwrap_or_default() };
     let solution = |k: usize| -> (Affine, bool) {
@@ -54,7 +54,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     };
     let solutions: Vec<(Affine, bool)> = (0..total).map(solution).collect();
 
-    // A note to the user on each passive variable.
+    // For each passive variable, a note for the user is added.
     let names: Vec<String> = (0..total).map(|k| robot.coordinate_name(CoordinateId(k)).to_string()).collect();
     let new_name = |k: CoordinateId| if k.0 < n { names[k.0].clone() } else { names[remains[k.0 - n]].clone() };
     for k in n..total {
@@ -68,7 +68,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
         robot.notes.push(Note { subject: names[k].clone(), text });
     }
 
-    // Substitute the solutions into joints and loop frames.
+    // The solutions are substituted into the joints and loop frames.
     let symbols = robot.symbols.clone();
     let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
         substitute(&solutions, &symbols, geometry, kind, variable);
@@ -84,8 +84,8 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     robot.passive = remains.iter().map(|&k| robot.passive[k - n].clone()).collect();
 }
 
-/// Replaces each variable in a joint variable by its solution: the terms stay in the joint variable, the
-/// constants are added to theta (or r) of the geometry.
+/// Replaces the variables in a joint variable by their solutions. The linear terms stay in the joint variable. The constants
+/// are added to theta (or r) of the geometry.
 fn substitute(
     solutions: &[(Affine, bool)],
     symbols: &[Symbol],

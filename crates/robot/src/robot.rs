@@ -1,125 +1,125 @@
-//! The robot: links, joints, coordinates, loops.
+//! The model of a robot: its links, joints, coordinates and loops.
 
 use crate::collision::Collision;
 use crate::finding::Finding;
 use crate::inertial::{Part, Pose};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
-/// Index of a link, and of the joint that carries it, in [`Robot::links`].
+/// Index of a link in [`Robot::links`]. It is also the index of the joint that moves this link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub usize);
 
-/// A robot: a tree of links, each placed relative to a link before it, with loops closed by
-/// pairs of cut frames.
+/// A robot: a tree of links, each placed relative to an earlier link or the base. A loop is closed by a pair of frames
+/// at its cut.
 #[derive(Clone, Debug, Default)]
 pub struct Robot {
-    /// Name in the file, or the file's own name.
+    /// Name of the robot in the file; if there is none, the name of the file.
     pub name: String,
-    /// The source of the values, as given in the file.
+    /// Source of the numbers, as stated in the file; `None` if it states none.
     pub source: Option<String>,
-    /// Named lengths and angles; a value contains only symbols before it.
+    /// Named lengths and angles. The value of a symbol contains only symbols before it.
     pub symbols: Vec<Symbol>,
-    /// The generalised coordinates q, in the order of every vector.
+    /// The generalised coordinates q. All vectors over coordinates have this order.
     pub coordinates: Vec<Coordinate>,
-    /// Joint variables that the loops determine and no affine function of the coordinates gives.
-    /// `CoordinateId(n + p)` names the p-th of them, n the number of coordinates: they come after
-    /// the coordinates in the q of the kinematics. Empty when every joint is affine.
+    /// The variables of passive joints that the loops determine and that are no affine functions of the coordinates.
+    /// `CoordinateId(n + p)` is passive coordinate p, n: number of coordinates. So in the vector q of the kinematics they
+    /// follow the coordinates. Empty if every joint variable is affine.
     pub passive: Vec<PassiveCoordinate>,
-    /// The links; antecedents come before the links that they carry.
+    /// The links of the robot. Each antecedent comes before the links that it carries.
     pub links: Vec<Link>,
-    /// The body of the base, where the file has one. It has no effect while it is at rest, and becomes a link when it
-    /// floats.
+    /// The body of the base. It has no effect while the base is at rest. It becomes a link if the base floats.
     pub base: Base,
-    /// The number of massless links at the start of `links`: they have no inertial parameters.
+    /// Number of massless links at the start of `links`. They have no inertial parameters.
     pub massless: usize,
-    /// Pairs of frames that coincide; empty for a tree.
+    /// The loops of the robot, each as a pair of frames that coincide. Empty for a tree.
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
-    /// Gravity in the file, m/s^2, where the base was rotated afterwards.
+    /// Gravity in the file, m/s^2, if the base was rotated after reading; otherwise `None`.
     pub file_gravity: Option<[f64; 3]>,
-    /// Assumptions of the reader of the file, for the user.
+    /// Notes for the user on assumptions that were made when the file was read.
     pub notes: Vec<Note>,
-    /// Notes on angles and axes that the reader replaced, where the robot differs from its file in the last digits.
+    /// Notes on angles and axes that were replaced when the file was read. There the robot differs from the file in
+    /// the last digits.
     pub snapped: Vec<Note>,
-    /// Findings about the text of the file, which [`crate::lint`] includes in its findings.
+    /// Findings on the text of the file. [`crate::lint`] includes them in its findings.
     pub oddities: Vec<Finding>,
-    /// The format that it was read from, independently of the file name.
+    /// The kind of file that the robot was read from, independently of the file name.
     pub format: Format,
 }
 
-/// The properties of a robot that a format can express.
+/// The kind of file, by the properties of a robot that it can express.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// All properties: YAML and .par.
+    /// YAML or .par: all properties.
     #[default]
     Complete,
-    /// No rotor inertias: a URDF, also from a xacro.
+    /// URDF, also expanded from a xacro: no rotor inertias.
     Urdf,
-    /// Rotor inertias, which most files omit: an MJCF.
+    /// MJCF: rotor inertias are possible, but most files omit them.
     Mjcf,
 }
 
-/// One generalised coordinate.
+/// A generalised coordinate of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
-    /// Name in the file: `q1`, or a URDF's joint.
+    /// Name in the file: `q1`, or the name of a joint in a URDF.
     pub name: String,
-    /// Its limits.
+    /// Limits of the coordinate in the file.
     pub limits: Limits,
 }
 
-/// The variable of a passive joint or of a cut, which the closure of the loops determines.
+/// The variable of a passive joint or of a cut. The closure of the loops determines its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassiveCoordinate {
-    /// Name of the joint or cut.
+    /// Name of the passive joint or the cut.
     pub name: String,
-    /// The start of the search for the closed robot, rad or m: it selects one of several assemblies.
+    /// Start value when the loops are closed numerically, rad or m. It selects one of several possible assemblies.
     pub start: f64,
 }
 
-/// Limits of a coordinate; `None` where the file gives none.
+/// Limits of a coordinate. `None`: the file gives no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Lowest and highest position, rad or m.
+    /// Lowest and highest position of the coordinate, rad or m.
     pub position: Option<(f64, f64)>,
-    /// Largest velocity, rad/s or m/s.
+    /// Largest speed of the coordinate, rad/s or m/s.
     pub velocity: Option<f64>,
-    /// Largest acceleration, rad/s^2 or m/s^2.
+    /// Largest acceleration of the coordinate, rad/s^2 or m/s^2.
     pub acceleration: Option<f64>,
-    /// Largest effort, N m (N).
+    /// Largest torque, N m, or largest force of a prismatic joint, N.
     pub effort: Option<f64>,
 }
 
 /// A rigid link and the joint that moves it.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// Its name in the file.
+    /// Name of the link in the file.
     pub name: String,
-    /// The suffix of the names of its parameters: the `4` of `XX4`.
+    /// Suffix of the names of its parameters: the `4` of `XX4`.
     pub label: String,
-    /// The link that carries it; `None`: the fixed base.
+    /// The link that carries this link; `None`: the fixed base.
     pub antecedent: Option<LinkId>,
-    /// Placement of the link frame in the frame of its antecedent; the joint variable is added to theta
-    /// (revolute) or r (prismatic).
+    /// Pose of the link frame in the frame of its antecedent. The joint variable is added to theta (revolute joint) or
+    /// r (prismatic joint).
     pub geometry: ModifiedDh,
     /// The joint between the antecedent and the link.
     pub joint: Joint,
-    /// XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the link frame, where known.
+    /// XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the link frame; `None` if they are unknown.
     pub inertial: Option<[f64; 10]>,
-    /// The pose of the file's joint frame (a URDF's child link) in the link frame.
+    /// Pose of the file's joint frame (in a URDF: of the child link) in the link frame.
     pub file_frame: Pose,
-    /// The rigid parts that are lumped into this link, in the order of the file.
+    /// The rigid bodies that are lumped into this link, in the order of the file.
     pub parts: Vec<Part>,
-    /// The frames of the file that are fixed to this link, its own first, by name and with their poses in the link frame:
-    /// the links of a URDF. Empty where the link frame is the file's frame.
+    /// The frames of the file that are fixed to this link (in a URDF: the links), with name and pose in the link frame. The
+    /// frame of the link itself comes first. Empty if the link frame equals the frame of the file.
     pub frames: Vec<(String, Pose)>,
-    /// Its collision geometry, where the file has one.
+    /// The collision shapes of the link; empty if the file has none.
     pub collisions: Vec<Collision>,
 }
 
 impl Link {
-    /// A link with its label as name, in the file's own frame, without inertial parameters, parts and shapes.
+    /// A link named by its label, with a frame equal to the file's frame and without inertial parameters, bodies and shapes.
     pub fn bare(label: String, antecedent: Option<LinkId>, geometry: ModifiedDh, joint: Joint) -> Link {
         Link {
             name: label.clone(),
@@ -136,37 +136,37 @@ impl Link {
     }
 }
 
-/// The base of a robot as a body.
+/// The base of a robot as a rigid body.
 #[derive(Clone, Debug, Default)]
 pub struct Base {
-    /// XX .. M about the origin of the base frame, in the base frame, where known.
+    /// XX .. M about the origin of the base frame, in its axes; `None` if they are unknown.
     pub inertial: Option<[f64; 10]>,
-    /// The rigid parts that are lumped into it.
+    /// The rigid bodies that are lumped into the base.
     pub parts: Vec<Part>,
-    /// Its collision geometry, in the base frame.
+    /// The collision shapes of the base, in the base frame.
     pub collisions: Vec<Collision>,
 }
 
-/// gamma, b, alpha, d, theta, r of Khalil-Kleinfinger: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d)
-/// Rz(theta) Tz(r). Angles in rad, lengths in m; free of coordinates.
+/// The parameters gamma, b, alpha, d, theta, r of Khalil and Kleinfinger: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta)
+/// Tz(r). Angles are in rad and lengths in m. They do not contain coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModifiedDh {
-    /// Angle about z of the antecedent, rad.
+    /// Rotation angle about the z axis of the antecedent, rad.
     pub gamma: Value,
-    /// Distance along z of the antecedent, m.
+    /// Distance along the z axis of the antecedent, m.
     pub b: Value,
-    /// Angle about the x axis after the rotation by gamma, rad.
+    /// Rotation angle about the x axis after the rotation by gamma, rad.
     pub alpha: Value,
-    /// Distance along this x axis, m.
+    /// Distance along the same x axis, m.
     pub d: Value,
-    /// Angle about z of the link, rad; the variable of a revolute joint is added.
+    /// Rotation angle about the z axis of the link, rad. The variable of a revolute joint is added to it.
     pub theta: Value,
-    /// Distance along z of the link, m; the variable of a prismatic joint is added.
+    /// Distance along the z axis of the link, m. The variable of a prismatic joint is added to it.
     pub r: Value,
 }
 
 impl ModifiedDh {
-    /// The frame of the antecedent itself.
+    /// All parameters zero: the frame equals the frame of the antecedent.
     pub const ZERO: ModifiedDh = ModifiedDh {
         gamma: Value::ZERO,
         b: Value::ZERO,
@@ -177,30 +177,30 @@ impl ModifiedDh {
     };
 }
 
-/// The joint that carries a link; its axis is z of the link frame.
+/// The joint that moves a link. Its axis is the z axis of the link frame.
 #[derive(Clone, Debug)]
 pub struct Joint {
-    /// Name in the file.
+    /// Name of the joint in the file.
     pub name: String,
-    /// Revolute, prismatic or fixed.
+    /// Type of the joint: revolute, prismatic or fixed.
     pub kind: JointKind,
-    /// The source of its motion.
+    /// Whether a motor moves the joint, or it is passive or locked.
     pub drive: Drive,
-    /// The joint variable; the constant part of the angle or length is in the geometry,
+    /// The joint variable as a function of the coordinates, without its constant part. The constant part is in the geometry,
     /// so the offset here is zero.
     pub variable: Affine,
-    /// The motor's inertia, seen from the joint.
+    /// Inertia of the motor as seen from the joint.
     pub rotor_inertia: RotorInertia,
-    /// The friction in the file.
+    /// Friction of the joint as given in the file.
     pub friction: Friction,
-    /// Torque (force) per unit of measured current, N m/A (N/A).
+    /// Torque (force) per unit of measured motor current, N m/A (N/A); `None` if it is unknown.
     pub drive_gain: Option<f64>,
-    /// Largest effort of a joint that follows another joint, N m (N).
+    /// Only for a joint that follows another joint: its largest torque, N m (or force, N).
     pub follower_effort: Option<f64>,
 }
 
 impl Joint {
-    /// A joint without a rotor, with unknown friction, gain and effort.
+    /// A joint without a rotor inertia. Its friction, drive gain and largest effort are unknown.
     pub fn bare(name: String, kind: JointKind, drive: Drive, variable: Affine) -> Joint {
         Joint {
             name,
@@ -215,96 +215,96 @@ impl Joint {
     }
 }
 
-/// The motion a joint allows, about or along z of its link.
+/// The type of a joint: the motion that it allows about or along the z axis of its link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns; the variable is an angle, rad.
+    /// The joint rotates about z; its variable is an angle, rad.
     Revolute,
-    /// Slides; the variable is a length, m.
+    /// The joint slides along z; its variable is a length, m.
     Prismatic,
-    /// Does not move.
+    /// The joint does not move.
     Fixed,
 }
 
-/// What determines the variable of a joint.
+/// The source of the motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// A motor moves it.
+    /// A motor moves the joint.
     Actuated,
-    /// It follows the coordinates, or is a passive coordinate.
+    /// No motor moves the joint: its variable follows from the coordinates, or is a passive coordinate.
     Passive,
-    /// Locked at a constant value.
+    /// The joint is locked at a constant position.
     Locked,
 }
 
-/// Whether the joint has a rotor inertia among its parameters, and its value where known.
+/// Whether a joint has the rotor inertia IA as a parameter, and the value of IA if it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotorInertia {
-    /// Not a parameter of this joint.
+    /// The joint has no rotor inertia as a parameter.
     Absent,
-    /// A parameter of unknown value.
+    /// The rotor inertia is a parameter, but its value is unknown.
     Unknown,
-    /// A parameter with this value, kg m^2 (kg), seen from the joint.
+    /// The rotor inertia has this value, as seen from the joint, kg m^2 (kg).
     Known(f64),
 }
 
 impl RotorInertia {
-    /// Whether IA is among the parameters of the joint.
+    /// Whether the rotor inertia IA is a parameter of the joint.
     pub fn is_modelled(self) -> bool {
         self != RotorInertia::Absent
     }
 }
 
-/// Friction of a joint, where the file gives it: tau = viscous dq + coulomb sign(dq) + offset, a torque
-/// of a revolute joint (a force of a prismatic one).
+/// Friction of a joint as given in the file: tau = viscous dq + coulomb sign(dq) + offset. tau is a torque (a force for a
+/// prismatic joint). `None`: the file gives no value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Friction {
-    /// Viscous coefficient, N m s/rad (N s/m).
+    /// Viscous friction coefficient, N m s/rad (N s/m).
     pub viscous: Option<f64>,
-    /// Coulomb friction, N m (N).
+    /// Coulomb friction torque, N m (force, N).
     pub coulomb: Option<f64>,
-    /// Offset, N m (N).
+    /// Offset of the friction torque, N m (N).
     pub offset: Option<f64>,
 }
 
-/// Two frames, one on each side of a cut, that coincide in every reachable configuration.
+/// A closed loop of the robot: two frames, one on each side of the cut, that coincide in every reachable configuration.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// The frame at the end of one branch; its variable moves it like a joint.
+    /// The frame at the end of the first branch. Its variable moves it like a joint.
     pub cut: LoopFrame,
-    /// The frame on the link at the end of the other branch.
+    /// The frame at the end of the second branch.
     pub twin: LoopFrame,
 }
 
-/// A frame placed relative to a link; `variable` moves it like a joint of this kind.
+/// A frame at the cut of a loop. It is placed relative to a link, and `variable` moves it like a joint of type `kind`.
 #[derive(Clone, Debug)]
 pub struct LoopFrame {
-    /// The link that carries it; `None`: the fixed base.
+    /// The link that carries the frame; `None`: the fixed base.
     pub antecedent: Option<LinkId>,
-    /// Its placement in the frame of that link.
+    /// Pose of the frame in the frame of that link, at variable zero.
     pub geometry: ModifiedDh,
-    /// The kind of joint of its variable.
+    /// Type of joint by which the variable moves the frame.
     pub kind: JointKind,
-    /// The variable as a function of the coordinates.
+    /// The variable of the frame as a function of the coordinates.
     pub variable: Affine,
 }
 
-/// Information for the user on how the file was read.
+/// A note for the user on how the file was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// Joint, link or key concerned.
+    /// Name of the joint, link or key that the note is about.
     pub subject: String,
-    /// One sentence without the subject.
+    /// The note as one sentence; the subject is not included.
     pub text: String,
 }
 
 impl Robot {
-    /// Link j; `j` must be a link of this robot.
+    /// The link with index j. It panics if the robot has no such link.
     pub fn link(&self, j: LinkId) -> &Link {
         &self.links[j.0]
     }
 
-    /// All links, antecedents before the links that they carry.
+    /// The indices of all links, antecedents before the links that they carry.
     pub fn link_ids(&self) -> impl DoubleEndedIterator<Item = LinkId> + use<> {
         (0..self.links.len()).map(LinkId)
     }
@@ -314,13 +314,12 @@ impl Robot {
         self.coordinates.len()
     }
 
-    /// Number of coordinates and passive coordinates: the length of the q of
-    /// [`Robot::link_poses`].
+    /// Number of coordinates plus number of passive coordinates: the length of the vector q of [`Robot::link_poses`].
     pub fn n_variables(&self) -> usize {
         self.coordinates.len() + self.passive.len()
     }
 
-    /// Name of a coordinate or of a passive coordinate.
+    /// Name of a coordinate or a passive coordinate.
     pub fn coordinate_name(&self, k: CoordinateId) -> &str {
         match k.0.checked_sub(self.coordinates.len()) {
             None => &self.coordinates[k.0].name,
@@ -328,7 +327,7 @@ impl Robot {
         }
     }
 
-    /// Whether the loop depends on passive coordinates: a link or loop frame in one of its branches moves with one.
+    /// Whether a loop depends on passive coordinates: some link or loop frame in its branches moves with a passive coordinate.
     pub fn is_implicit(&self, one: &Loop) -> bool {
         let n = self.coordinates.len();
         let passive = |terms: &[(CoordinateId, f64)]| terms.iter().any(|(k, _)| k.0 >= n);
@@ -338,12 +337,12 @@ impl Robot {
         })
     }
 
-    /// Gravity in f64, m/s^2, in the base frame.
+    /// Acceleration of gravity as numbers, m/s^2, in the base frame.
     pub fn gravity_number(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| self.gravity[i].number(&self.symbols))
     }
 
-    /// The actuated joint whose variable is this coordinate alone; `None` where there is none.
+    /// The actuated joint whose variable equals this coordinate; `None` if there is no such joint.
     pub fn joint_of(&self, k: CoordinateId) -> Option<LinkId> {
         self.link_ids().find(|&j| {
             let joint = &self.link(j).joint;

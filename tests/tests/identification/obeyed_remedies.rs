@@ -234,7 +234,8 @@ fn a_window_that_explains_nothing_is_not_printed() {
     let path = here.join("log.csv");
     let bodies = unlike(&model.robot, 5);
     // Heavy from 7 s on; until then small motions, and half as much of a torque that follows nothing.
-    let [mut log, heavy] = [bodies.clone(), loaded(&model.robot, &bodies, 40.0)].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
+    let [mut log, heavy] =
+        [bodies.clone(), loaded(&model.robot, &bodies, 40.0)].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
     for (k, (tau, heavy)) in log.tau.iter_mut().zip(&heavy.tau).enumerate() {
         let until = log.t.iter().position(|t| *t >= 7.0).unwrap();
@@ -248,7 +249,11 @@ fn a_window_that_explains_nothing_is_not_printed() {
     }
     log.write(&path, model.regressor().coordinates());
     let found = look(&model, &path, &Options::default());
-    let load = found.findings.iter().find(|f| matches!(f.fault, Fault::ChangedLoad { .. })).unwrap_or_else(|| panic!("{:?}", found.findings));
+    let load = found
+        .findings
+        .iter()
+        .find(|f| matches!(f.fault, Fault::ChangedLoad { .. }))
+        .unwrap_or_else(|| panic!("{:?}", found.findings));
     assert!(load.remedy.starts_with("log each load by itself"), "{load:?}");
 }
 

@@ -1,4 +1,4 @@
-//! The standard parameters of a two-link arm that torques identify, and the sums they form, from the derivation itself.
+//! Draws which standard parameters of a two-link arm torques identify, and the sums that they form; computed by the derivation.
 
 use modeling::Derivation;
 use robot::StandardParameter;
@@ -7,7 +7,7 @@ use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
 
 const MODEL: &str = "models/planar2r_vertical.yaml";
-/// Distance of rows, pixels.
+/// Distance between rows, pixels.
 const ROW_PX: f64 = 19.0;
 
 pub(crate) fn draw() -> Result<String, String> {
@@ -35,7 +35,7 @@ pub(crate) fn draw() -> Result<String, String> {
         }
         canvas.words(right(b), Anchor::Start, Ink::Word, &lines[b]);
     }
-    // A parameter in no base parameter has no effect on any torque.
+    // A parameter that is in no base parameter has no effect on any torque: it is drawn grey.
     for (k, parameter) in standard.iter().enumerate() {
         let ink = if is_identifiable[k] { Ink::Word } else { Ink::Faint };
         canvas.words(left(k), Anchor::End, ink, &parameter.display(&robot).to_string());

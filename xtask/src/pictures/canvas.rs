@@ -31,7 +31,7 @@ impl Ink {
     }
 }
 
-/// The point of a text that is placed at its coordinates.
+/// The point of a text that is placed at the given coordinates.
 #[derive(Clone, Copy)]
 pub(crate) enum Anchor {
     Start,
@@ -106,7 +106,7 @@ impl Canvas {
         ));
     }
 
-    /// A filled box by its upper left corner, width and height.
+    /// A filled box, given by its upper left corner, width and height.
     pub(crate) fn bar(&mut self, (x, y): (f64, f64), width: f64, height: f64, ink: Ink) {
         let class = ink.class();
         self.push(format_args!(
@@ -124,7 +124,7 @@ impl Canvas {
         let _ = writeln!(self.text, "{element}");
     }
 
-    /// The text of the file.
+    /// The text of the SVG file.
     pub(crate) fn finish(self) -> String {
         self.text + "</svg>\n"
     }

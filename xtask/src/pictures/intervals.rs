@@ -1,7 +1,7 @@
-//! The coverage of 95 % intervals with autocorrelated noise: forty logs of one constant, each with two intervals.
+//! Draws the coverage of 95 % intervals with autocorrelated noise: forty logs of one constant, each with two intervals.
 //!
-//! The noise of 2000 samples is autocorrelated: e_i = 0.9 e_(i-1) + white. The white interval divides sigma by the root of the
-//! number of samples; the other one uses the standard deviation of the means of twenty blocks of the log.
+//! Each log has 2000 samples with autocorrelated noise: e_i = 0.9 e_(i-1) + white. The first interval assumes white noise: it
+//! divides sigma by the root of the number of samples. The second uses the standard deviation of the means of twenty blocks.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use random::SplitMix;
@@ -9,14 +9,14 @@ use random::SplitMix;
 const LOGS: usize = 40;
 const SAMPLES: usize = 2000;
 const BLOCKS: usize = 20;
-/// Coefficient of the noise, e_i = 0.9 e_(i-1) + white.
+/// The coefficient 0.9 of the noise e_i = 0.9 e_(i-1) + white.
 const AUTOREGRESSION: f64 = 0.9;
-/// Samples that are discarded until the noise is stationary.
+/// Number of first samples that are discarded, until the noise is stationary.
 const DISCARDED_SAMPLES: usize = 200;
 /// Normal quantile of a two-sided 95 % interval.
 const QUANTILE_95: f64 = 1.96;
 
-/// The mean of a log, and its two standard deviations: for white noise, and by the means of blocks.
+/// The mean of a log, and two standard deviations of this mean: assuming white noise, and from the means of blocks.
 fn log(random: &mut SplitMix) -> (f64, f64, f64) {
     let mut slow = 0.0;
     let mut sample = || {

@@ -1,4 +1,4 @@
-//! The pictures of docs/pictures, each drawn from a model, a log, a table or a computation.
+//! Draws the pictures of docs/pictures, each from a model, a log, a table or a computation.
 
 mod base_parameters;
 mod benchmarks;
@@ -9,10 +9,10 @@ mod intervals;
 mod spectrum;
 mod verdict;
 
-/// Draws a picture: the text of an SVG.
+/// A function that draws a picture and returns the text of an SVG file.
 type Draw = fn() -> Result<String, String>;
 
-/// The name of each file, and the function that draws it.
+/// For each picture, the name of its file and the function that draws it.
 pub(crate) const ALL: [(&str, Draw); 7] = [
     ("base_parameters", base_parameters::draw),
     ("benchmarks", benchmarks::draw),

@@ -1,4 +1,4 @@
-//! Inertia, friction and centrifugal torque of one swing are separable by harmonics [Vandanjon, Gautier, Desbats 1995].
+//! Draws that harmonics separate inertia, friction and centrifugal torque of one swing [Vandanjon, Gautier, Desbats 1995].
 //!
 //! The joint swings at constant acceleration back and forth. Bars are magnitudes of Fourier coefficients: for each harmonic
 //! the component in phase with the velocity (cosine here), and the component in phase with the acceleration (sine).
@@ -8,17 +8,18 @@ use super::canvas::{Anchor, Canvas, Ink};
 const SAMPLES: usize = 720;
 const HARMONICS: usize = 8;
 
-/// Acceleration, velocity and position over a period of 4, with accelerations +1 and -1; starts at the largest velocity.
+/// Acceleration, velocity and position at sample `i` of a swing with period 4 and accelerations +1 and -1. The swing starts at
+/// its largest velocity.
 fn swing(i: usize) -> (f64, f64, f64) {
     let t = 4.0 * (i as f64 + 0.5) / SAMPLES as f64;
     match t {
-        // From the middle to one end and back, then to the other.
+        // First half: from the middle to one end and back; second half: to the other end and back.
         t if t < 2.0 => (-1.0, 1.0 - t, t - t * t / 2.0),
         t => (1.0, t - 3.0, -(t - 2.0) + (t - 2.0) * (t - 2.0) / 2.0),
     }
 }
 
-/// Fourier coefficients (cosine, sine) of a signal, from the first harmonic on.
+/// The Fourier coefficients (cosine, sine) of a signal, from the first harmonic to the last.
 fn parts(signal: &[f64]) -> Vec<(f64, f64)> {
     let one = |h: usize| {
         let turn = |i: usize| {
@@ -50,7 +51,7 @@ pub(crate) fn draw() -> Result<String, String> {
         canvas.line((20.0, middle), (340.0, middle), Ink::Faint, 1.0);
         let point = |(i, x): (usize, &f64)| (20.0 + 320.0 * i as f64 / SAMPLES as f64, middle - 28.0 * x);
         canvas.path(&signal.iter().enumerate().map(point).collect::<Vec<_>>(), *ink, 2.0);
-        // The position is no torque, and has no harmonics in the picture.
+        // The position is no torque, so its harmonics are not drawn.
         if k == 0 {
             continue;
         }

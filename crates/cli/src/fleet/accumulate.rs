@@ -1,4 +1,4 @@
-//! `rist accumulate`: logs and a model -> sums, which replace the logs in later steps.
+//! `rist accumulate`: adds logs up into sums (normal equations in triangular form), which replace the logs in later steps.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

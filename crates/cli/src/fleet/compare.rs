@@ -1,4 +1,4 @@
-//! `rist compare`: sums of a reference and of robots -> which parameters moved.
+//! `rist compare`: finds the parameters that differ between the sums of a reference and of robots.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `rist merge`: parts of sums -> their sum.
+//! `rist merge`: adds several sums to one.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `rist solve`: sums -> an estimate.
+//! `rist solve`: computes an estimate from sums.
 
 use std::path::{Path, PathBuf};
 

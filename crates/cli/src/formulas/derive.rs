@@ -1,4 +1,4 @@
-//! `rist derive`: functions of a robot as formulas.
+//! `rist derive`: writes functions of a robot as formulas.
 
 use std::path::PathBuf;
 

@@ -41,17 +41,17 @@ pub(crate) struct Arguments {
 
 /// The method, and the flags that were given.
 pub(crate) struct MethodAndFlags {
-    /// The equations to solve.
+    /// The method of identification.
     pub method: Method,
     /// All given flags; a request reads its own.
     pub given: FlagValues,
 }
 
-/// Help texts of a field, each with the methods that use this text.
+/// The different help texts of a field, each with the methods that use it.
 type MethodTexts = Vec<(String, Vec<&'static str>)>;
 
-/// The flags of all methods, each once, with the help text of the first method; where texts of other methods differ, the
-/// field contains all of them.
+/// The flags of all methods, each once, with the help text of the first method that has it. If other methods have other texts,
+/// the help contains all of them.
 fn fields() -> Vec<(Field, String)> {
     let mut documented: Vec<(Field, MethodTexts)> = Vec::new();
     for method in Method::all() {
@@ -107,14 +107,14 @@ impl FromArgMatches for MethodAndFlags {
 }
 
 impl MethodAndFlags {
-    /// Refuses flags that are not in the request of this method, each with the methods that have it.
+    /// Fails if a flag is not in the request of this method; the error names the methods that have it.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         let refused = self.given.names().filter(|name| *name != "method").filter_map(|name| self.method.refusal(name));
         let refused: Vec<String> = refused.map(|e| e.to_string()).collect();
         if refused.is_empty() { Ok(()) } else { Err(Failure::new(refused.join("\n"))) }
     }
 
-    /// The plan behind the logs.
+    /// The file of the plan from which the logs were recorded. Fails if it is not given.
     pub(crate) fn plan(&self) -> Result<&Path, Failure> {
         match self.given.file("plan") {
             none if none.as_os_str().is_empty() => {

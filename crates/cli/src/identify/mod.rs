@@ -1,4 +1,4 @@
-//! `rist identify`: logs and a model -> parameters.
+//! `rist identify`: identifies the parameters of a model from logs.
 
 mod arguments;
 mod plan_logs;

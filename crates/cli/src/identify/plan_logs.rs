@@ -1,4 +1,4 @@
-//! `rist identify --method rist|tls|rist-mh|iv|didim`: the logs of a plan -> parameters.
+//! `rist identify --method rist|tls|rist-mh|iv|didim`: identifies parameters from the logs of a plan.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("[plan] takes one directory of logs"));
     };
-    // An output that is an input is refused before the work.
+    // Outputs are compared with inputs before the work, so that no input is overwritten.
     let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
     let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;

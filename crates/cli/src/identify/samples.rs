@@ -1,4 +1,4 @@
-//! `rist identify --method ls`: samples of logs -> parameters.
+//! `rist identify --method ls` and `essential`: identifies parameters from the samples of logs.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,13 @@ use rist::output::check_given_once;
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
-    // A flag that has no effect without another flag is refused.
+    // A flag that has no effect without another flag is an error.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
     let mut request: IdentifyRequest = given.read()?;
-    // A simulator needs physically possible bodies.
+    // A simulator accepts only physically possible bodies.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
     let columns = request.samples.options().columns;
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
-    // Further files of the logs, for example of a recording, are known now.
+    // By now the further files of the logs are known, for example those of a recording.
     check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     refused(&verdict, is_withheld && writes)
 }
 
-/// Predictions, findings of the log check, and the verdict.
+/// The text with predictions, findings of the log check, and the verdict.
 fn predictions_and_verdict(predictions: &[(String, Residuals)], found: &Identification, verdict: &Verdict) -> String {
     let mut text = String::new();
     for (log, validation) in predictions {
@@ -104,7 +104,7 @@ fn as_json(
     }))
 }
 
-/// Delay, friction and terms that were chosen, and the estimate.
+/// The text with the chosen delay and friction terms, and the estimate.
 fn chosen(found: &Identification) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -138,7 +138,7 @@ fn load_as_json(load: &Load) -> Value {
     json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "mass_interval": load.mass_interval(), "about_centre_of_mass": body})
 }
 
-/// The texts for simulators that the flags ask for, with their files; prints notes on what a format cannot express.
+/// The files for simulators that the flags ask for, each with its text. Prints notes on what a format cannot express.
 fn for_simulators<'a>(
     files: &'a BodiesFiles,
     model: &Model,
@@ -167,7 +167,7 @@ fn for_simulators<'a>(
     Ok(written)
 }
 
-/// Opens logs, and prints the signals of their columns where these change from log to log.
+/// Opens logs; the text says which column is which signal, again only if this differs from the log before.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,
@@ -192,7 +192,7 @@ impl Opened<'_> {
     }
 }
 
-/// Refuses a flag `name` that concerns the flag `of`, where `of` is not given.
+/// Fails if the flag `name` is given without the flag `of`, to which it belongs.
 fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     let is_given = |wanted: &str| given.names().any(|name| name == wanted);
     match is_given(name) && !is_given(of) {
@@ -201,14 +201,14 @@ fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     }
 }
 
-/// The files that are read.
+/// All files that the command reads.
 fn inputs<'a>(arguments: &'a Arguments, files: &'a BodiesFiles) -> Vec<&'a Path> {
     let logs = [&arguments.logs, &files.samples.validate, &files.samples.loaded].into_iter().flatten();
     let read = logs.chain([&arguments.model.model]).chain(&files.into).map(PathBuf::as_path);
     read.chain(arguments.asked.given.files()).collect()
 }
 
-/// Refuses outputs that are inputs, two outputs with the same file, and a log in two roles.
+/// Fails if an output is an input, if two outputs are the same file, or if a log is given in two roles.
 fn check_paths(arguments: &Arguments, files: &BodiesFiles) -> Result<(), Failure> {
     let read = inputs(arguments, files);
     check_given_once(read.iter().copied())?;

@@ -1,4 +1,4 @@
-//! `rist visibility`: a model and a motion or a log -> the parameters that an identification from it would determine.
+//! `rist visibility`: predicts which parameters an identification from a motion or a log would determine, and how well.
 
 use std::path::PathBuf;
 

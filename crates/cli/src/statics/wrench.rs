@@ -1,4 +1,4 @@
-//! `rist wrench`: the load at a force-torque sensor.
+//! `rist wrench`: identifies the load at a force-torque sensor.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! motion.yaml: an exciting motion, the limits of its search, its certificate, and the parameters that it identifies.
 //!
-//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline. All other entries can be
-//! recomputed from the motion and the model, and `rist check` does so.
+//! The coefficients and times define the motion: a Fourier series if there is a blend, else a spline. All other entries can be
+//! recomputed from the motion and the model; `rist check` recomputes them.
 
 use std::fmt;
 
@@ -26,92 +26,92 @@ use crate::excitation::visibility::VisibleParameter;
 use crate::motion::sample_count::check_samples;
 use claims::LeftOut;
 
-/// The artefact.
+/// The contents of motion.yaml.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExcitingMotion {
-    /// Whether the checksum of the file that it was read from matches.
+    /// Whether the checksum in the file matches its contents.
     #[serde(skip)]
     pub checksum: Checksum,
     /// The robot of the motion.
     pub model: ModelReference,
-    /// Rate of the controller, Hz.
+    /// Sample rate of the controller, Hz.
     pub rate_hz: f64,
-    /// Period, s; of a spline: the time from rest to rest.
+    /// Period of the series, s; for a spline the time from rest to rest.
     pub period_s: f64,
-    /// Time from rest to the series, and from the series to rest, s; a spline has none.
+    /// Duration of the blend from rest to the series, and from the series to rest, s. `None` for a spline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blend_s: Option<f64>,
-    /// Number of periods that are played.
+    /// Number of periods that the robot runs.
     pub repetitions: usize,
-    /// One per coordinate, in the order of the model.
+    /// Coefficients and limits of each coordinate, in the order of the model.
     pub joints: Vec<MotionJoint>,
     /// Share of the limits of effort and power that the nominal torque may use.
     pub effort_share: f64,
-    /// The torques of the search, where they are not the torques of the description.
+    /// The torque model of the search, if it is not the model of the description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTorque>,
-    /// Regions of the bodies.
+    /// Regions that the bodies must stay in.
     #[serde(default)]
     pub space: SpaceLimits,
-    /// The aim of the search.
+    /// The criterion that the search optimised.
     pub aim: SearchObjective,
-    /// det(W'W / samples)^(1/p), rows over the noise of their joint.
+    /// Determinant criterion det(W'W / samples)^(1/p). Each row of W is divided by the noise of its joint.
     pub determinant: f64,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
-    /// Ratio of its det^(1/p) (or 1/cond) to the value of the best motion of the search, which was then scaled to keep its
-    /// limits.
+    /// det^(1/p) (or 1/cond) of this motion over the value of the best motion of the search. It is below 1 if that motion was
+    /// scaled down to keep its limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_share: Option<f64>,
-    /// Standard deviation of a torque sample, N m (N), one per coordinate.
+    /// Standard deviation of the noise of one torque sample, N m (N), one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// Standard deviation of the residuals of an identification that the noise of the encoders adds, N m (N) a sample, one per
-    /// coordinate.
+    /// Noise of the encoders as a torque error, N m (N): its share of the standard deviation of the residuals of an
+    /// identification, one per coordinate.
     #[serde(default)]
     pub encoder_noise: Vec<f64>,
-    /// Whether every row of the certificate is proven, and every requested check was made.
+    /// Whether every row of the certificate is proven and every requested check was made.
     pub proven: bool,
-    /// Further remarks, in sentences.
+    /// Further remarks on the motion, in sentences.
     pub notes: Vec<String>,
-    /// Checks that the certificate omits; a motion of an earlier version does not list them.
+    /// Checks that were not made. `None`: the file is of an earlier version, which did not list them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<LeftOut>>,
-    /// The lowest point of the moving links, at the sampled instants.
+    /// The lowest point of the moving links, of all sampled instants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lowest: Option<LowestPoint>,
-    /// Margins to the limits, and the distance and time of stopping; a motion of an earlier version does not have them.
+    /// Margins to the limits, and the distance and time of stopping. `None`: the file is of an earlier version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margins: Option<Margins>,
-    /// The limits with their proofs.
+    /// Every limit with its proof.
     pub certificate: Vec<CertificateRow>,
-    /// The parameters with their predicted standard deviations.
+    /// All parameters of the model, with their predicted standard deviations.
     pub parameters: Vec<VisibleParameter>,
 }
 
-/// One coordinate of the motion.
+/// Coefficients and limits of one coordinate of the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionJoint {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Centre of a series, or the pose where a spline starts and ends, rad (m).
+    /// Centre of the series, or the pose at which the spline starts and ends, rad (m).
     pub centre: f64,
-    /// Cosine amplitudes of the velocity, rad/s (m/s), one a harmonic.
+    /// Cosine amplitudes of the velocity, rad/s (m/s), one per harmonic. Empty for a spline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cosine: Vec<f64>,
-    /// Sine amplitudes of the velocity, rad/s (m/s), one a harmonic.
+    /// Sine amplitudes of the velocity, rad/s (m/s), one per harmonic. Empty for a spline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<f64>,
-    /// Control points of a spline without the first and the last three, minus the centre, rad (m).
+    /// Control points of the spline minus its centre, rad (m), without the first three and the last three. Empty for a series.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub control_points: Vec<f64>,
-    /// The limits of the search.
+    /// The limits of this coordinate in the search.
     pub limits: CoordinateLimits,
 }
 
 impl MotionJoint {
-    /// A joint from the coefficients of a shape.
+    /// Makes a joint from the coefficients (centre first) of a motion of this shape.
     pub fn new(coordinate: String, shape: &MotionShape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
         let centre = coefficients.first().copied().unwrap_or(0.0);
         let swing = coefficients.get(1..).unwrap_or_default();
@@ -126,7 +126,7 @@ impl MotionJoint {
         }
     }
 
-    /// The coefficients; `None` where their number does not fit the shape, or one is not finite.
+    /// The coefficients, centre first. `None` if their number does not fit the shape, or one is not finite.
     fn coefficients(&self, shape: &MotionShape) -> Option<Vec<f64>> {
         let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
         let swing: Vec<f64> = match shape {
@@ -142,7 +142,7 @@ impl MotionJoint {
 }
 
 impl ExcitingMotion {
-    /// The shape; its size follows from the first joint.
+    /// The basis functions of the motion; their number follows from the first joint.
     fn shape(&self) -> MotionShape {
         let size = |of: &dyn Fn(&MotionJoint) -> &Vec<f64>| self.joints.first().map_or(0, |j| of(j).len());
         match self.blend_s {
@@ -158,10 +158,10 @@ impl ExcitingMotion {
 
     /// The motion in the form for evaluation.
     ///
-    /// Fails where its numbers describe no motion.
+    /// Fails if the numbers of the file describe no motion. `file`: its name for messages.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
-        // A file may be edited by hand: each number is checked before the motion is made from it.
+        // A file may be edited by hand, so each number is checked before the motion is made from it.
         let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
         let given = times.iter().filter_map(|(name, x)| Some((name, (*x)?)));
         if let Some((name, x)) = given.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
@@ -194,7 +194,7 @@ impl ExcitingMotion {
         Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
     }
 
-    /// Its certificate with the omitted checks, from the file.
+    /// The claims of the motion: its certificate and its omitted checks, as the file lists them.
     pub fn claims(&self) -> MotionClaims<'_> {
         MotionClaims {
             rows: &self.certificate,
@@ -204,7 +204,7 @@ impl ExcitingMotion {
         }
     }
 
-    /// Its shape and its times, in words.
+    /// Describes the shape, the times and the rate of the motion in words.
     pub fn in_words(&self) -> String {
         let (period, rate) = (seconds(self.period_s), self.rate_hz);
         let shape = self.shape();
@@ -225,19 +225,19 @@ impl ExcitingMotion {
         format!("{text}: {duration} s at {rate} Hz")
     }
 
-    /// The text of motion.yaml.
+    /// Writes the motion as the text of motion.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         artefact::write(ArtefactKind::Motion, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads motion.yaml.
+    /// Reads motion.yaml from its text. `file`: its name for messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
         let motion: ExcitingMotion = artefact::read(ArtefactKind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;
         Ok(ExcitingMotion { checksum: Checksum::of(text), ..motion })
     }
 
-    /// Fails where playing or proving the motion would take too long: `rist excite` writes no such motion.
+    /// Fails if running or proving the motion would take too long; `rist excite` never writes such a motion.
     fn check_size(&self) -> Result<(), String> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
@@ -267,27 +267,27 @@ impl ExcitingMotion {
     }
 }
 
-/// Sample rates of controllers, Hz.
+/// Accepted sample rates of controllers, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
-/// Greatest number of harmonics of a joint. The search takes at most 40.
+/// Greatest number of harmonics of a joint in a file. The search uses at most 40.
 const MAX_HARMONICS_READ: usize = 100;
 /// Greatest amplitude or centre of a joint, rad (m).
 const LARGEST_POSITION: f64 = 1e6;
 
-/// A time rounded to microseconds, s: 38.8, not 38.800000000000004.
+/// Rounds a time to microseconds, s: 38.8, not 38.800000000000004.
 fn seconds(x: f64) -> f64 {
     let micros = (x * 1e6).round();
     // A time below a microsecond is not a rounding error, and is kept.
     if micros != 0.0 && micros.abs() < 1e15 { micros / 1e6 } else { x }
 }
 
-/// `1 period`, `3 periods`.
+/// A count with its noun: `1 period`, `3 periods`.
 fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
 impl ExcitingMotion {
-    /// The motion as text for users. `is_prismatic` is described at [`certificate_text`].
+    /// The motion as text for users. [`certificate_text`] describes `is_prismatic`.
     pub fn text(&self, is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
         let (determinant, condition) = (significant(self.determinant, 4), significant(self.condition_number, 3));
         let kept = self.kept_share.map_or(String::new(), |share| {

@@ -1,4 +1,4 @@
-//! The kinematic limits of a motion as a barrier that a descent stays within.
+//! The kinematic limits of a motion as a logarithmic barrier, which keeps a descent inside the limits.
 //!
 //! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear in the
 //! coefficients x of a joint: low <= r x <= high. The barrier of a row with weight 1/S (S instants a period) is
@@ -15,20 +15,20 @@ use processor::in_parallel;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::MotionShape;
 
-/// Instants of the barrier for each instant of the criterion.
+/// Number of instants of the barrier per instant of the criterion.
 ///
-/// With thirty instants in a period of the highest harmonic, a peak between them can be (pi/30)^2 / 2 = 0.5 % greater. Where a
-/// motion is scaled down by this share, the loss of the determinant is twice as large.
+/// With thirty instants in a period of the highest harmonic, a peak between two instants can be (pi/30)^2 / 2 = 0.5 % greater. If
+/// the motion is scaled down by this share, the loss of the determinant is twice as large.
 const BARRIER_INSTANTS_PER_SAMPLE: usize = 2;
-/// With fewer joints a second thread saves no time.
+/// Least number of joints for which several threads save time.
 const MIN_JOINTS_FOR_THREADS: usize = 12;
 /// Share of the distance to a bound that one step may use.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// The rows of one joint.
+/// The barrier rows of one joint.
 #[derive(Clone)]
 struct BarrierRows {
-    /// rows x m.
+    /// Row coefficients r, one row after the other, m per row.
     rows: Vec<f64>,
     bounds: Vec<(f64, f64)>,
     /// Kind of limit of each row.
@@ -37,7 +37,7 @@ struct BarrierRows {
     metric: DMatrix<f64>,
 }
 
-/// The barrier of all joints that move.
+/// The barrier of all joints that are not locked.
 #[derive(Clone)]
 pub struct Barrier {
     m: usize,
@@ -46,7 +46,7 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// The barrier for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
+    /// Makes the barrier of joints with these limits; none of them is locked. `samples`: instants of the criterion in a period.
     pub fn new(shape: &MotionShape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
         let samples = BARRIER_INSTANTS_PER_SAMPLE * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
@@ -70,15 +70,15 @@ impl Barrier {
         Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
     }
 
-    /// The rows of one joint with their values and bounds.
+    /// The rows of one joint: row, value at x, and bounds (low, high).
     fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
         let rows = &self.joints[joint];
         let x = &x[joint * self.m..][..self.m];
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits. The joints are shared by `threads`
-    /// threads; the result is independent of their number, bit for bit.
+    /// B at x; adds `factor` times the gradient of B to `gradient`. `None` if x is outside the limits. `threads` threads share
+    /// the joints; their number does not change the result, bit for bit.
     pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64], threads: usize) -> Option<f64> {
         let of_joint = |(joint, gradient): (usize, &mut [f64])| {
             let mut logarithms = Vec::with_capacity(self.joints[joint].bounds.len());
@@ -102,12 +102,13 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// Number of threads: starting a thread takes as long as the work of several joints.
+    /// Number of threads to use: one if there are few joints, because starting a thread takes as long as the work of several
+    /// joints.
     fn shared_by(&self, threads: usize) -> usize {
         if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
     }
 
-    /// The Hessian of `factor` B plus `ridge` times the metric, joint by joint.
+    /// The Hessian of `factor` B plus `ridge` times the metric, one m x m block per joint.
     pub(crate) fn bends(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Vec<DMatrix<f64>> {
         let m = self.m;
         let block = |joint: usize| {
@@ -125,7 +126,7 @@ impl Barrier {
         in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block)
     }
 
-    /// The greatest step along a direction that keeps a hundredth of the distance of every row to its bound.
+    /// The greatest step along `direction` after which every row still has a hundredth of its distance to its bound.
     pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         for joint in 0..self.joints.len() {
@@ -141,7 +142,7 @@ impl Barrier {
         step
     }
 
-    /// The least distance of any row to its bound over half the width of its limits, with the joint and the limit.
+    /// The least distance of any row to its bound, divided by half the width of its limits; with the joint and the kind of limit.
     pub(crate) fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let all = (0..self.joints.len()).flat_map(|joint| {
             let kinds = &self.joints[joint].kinds;
@@ -152,7 +153,7 @@ impl Barrier {
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Least and greatest value of the rows of a limit of one joint.
+    /// Least and greatest value of one limited quantity of one joint, over all instants.
     pub fn reached(&self, joint: usize, x: &[f64], limit: LimitKind) -> (f64, f64) {
         let kinds = &self.joints[joint].kinds;
         let of = self.rows(joint, x).zip(kinds).filter(|(_, kind)| **kind == limit).map(|((_, value, _), _)| value);
@@ -160,25 +161,25 @@ impl Barrier {
     }
 }
 
-/// A factored Hessian, block by block.
+/// A block-diagonal Hessian, factored block by block.
 pub struct Curvature {
     m: usize,
     blocks: Vec<Cholesky<f64, Dyn>>,
 }
 
 impl Curvature {
-    /// From one block a joint; `None` where one is not positive definite.
+    /// Factors one block per joint. `None` if a block is not positive definite.
     pub(crate) fn of_joints(bends: Vec<DMatrix<f64>>) -> Option<Curvature> {
         let m = bends.first()?.nrows();
         bends.into_iter().map(Cholesky::new).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
     }
 
-    /// From one block for all joints.
+    /// Takes one factored block for all joints.
     pub(crate) fn of_all(factor: Cholesky<f64, Dyn>) -> Curvature {
         Curvature { m: factor.l_dirty().nrows(), blocks: vec![factor] }
     }
 
-    /// Solves in place.
+    /// Solves H y = x for the Hessian H; y replaces x.
     pub fn solve(&self, x: &mut [f64]) {
         for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
             x.copy_from_slice(block.solve(&DVector::from_column_slice(x)).as_slice());
@@ -186,7 +187,8 @@ impl Curvature {
     }
 }
 
-/// Product of two vectors, by indices: `zip` is not inlined across codegen units, and this runs for every row of every step.
+/// Product of two vectors, by indices: `zip` is not inlined across codegen units, and this function runs for every row in every
+/// step.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
     (0..a.len()).map(|i| a[i] * b[i]).sum()
@@ -229,7 +231,7 @@ pub(crate) mod tests {
             let difference = (slope(&moved(Some(k), h)).0 - slope(&moved(Some(k), -h)).0) / (2.0 * h);
             assert!((g[k] - difference).abs() < 1e-6 * (1.0 + g[k].abs()), "{k}: {} {difference}", g[k]);
         }
-        // The curvature times its solution is the right-hand side.
+        // The Hessian times the solution equals the right-hand side.
         let (after, before) = (slope(&moved(None, h)).1, slope(&moved(None, -h)).1);
         for k in 0..10 {
             let difference = (after[k] - before[k]) / (2.0 * h);

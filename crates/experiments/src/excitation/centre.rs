@@ -1,5 +1,5 @@
-//! A centre of the motion with sufficient distances of bodies and sufficient torque limits, found by descent; and the limits that
-//! random poses violate where there is none.
+//! Finds a centre of the motion with sufficient distances of bodies and sufficient torque limits, by descent. If there is none,
+//! counts the limits that random poses violate.
 //!
 //! The residuals at a pose q are
 //!
@@ -7,8 +7,8 @@
 //! r = (a - room(q)) / w     of each two solids with less room than a
 //! r = share(q) - s          of each torque at rest beyond the share s of its bound
 //! ```
-//! The step d solves (J' J + lambda I) d = -J' r, J with respect to the scaled coordinates. lambda decreases after a step that
-//! lowers r' r and increases otherwise [Nocedal, Wright 2006, 10.3].
+//! The step d solves (J' J + lambda I) d = -J' r; J has the derivatives of r by the scaled coordinates. lambda decreases after a
+//! step that lowers r' r and increases otherwise [Nocedal, Wright 2006, 10.3].
 
 use nalgebra::{DMatrix, DVector};
 use numerics::interruption::Interruption;
@@ -18,33 +18,33 @@ use crate::excitation::gap_proof::GapCache;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// Distances that the descent requires, a, in multiples of the reserve of a gap: first enough for a large motion, then less. A
-/// search starts at two or more.
+/// The distance a that the descent requires, in multiples of the reserve of a gap: first enough for a large motion, then less. A
+/// search needs at least two at its start.
 const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
 /// w, the unit of distances, m.
 const UNIT_OF_ROOM_M: f64 = 0.01;
-/// s for each of these distances: a search starts below 0.95.
+/// The torque share s, one for each distance in `WANTED_RESERVES`. A search needs a share below 0.95 at its start.
 const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
-/// Longest step of a coordinate, as a share of half its range.
+/// Longest step of a coordinate, as a share of half its position range.
 const MAX_STEP_SHARE: f64 = 0.3;
-/// Share of a coordinate's range that a step keeps free at each end.
+/// Share of a coordinate's position range that a step keeps free at each end.
 const FREE_RANGE_SHARE: f64 = 0.01;
-/// Steps of a descent, at most; most descents end after ten.
+/// Greatest number of steps of a descent; most descents end after ten.
 const MAX_DESCENT_STEPS: usize = 40;
-/// Initial lambda, its factor after a successful step and after an unsuccessful one, and the greatest lambda, at which a descent
+/// Initial lambda; its factor after a successful step; its factor after an unsuccessful step; and the lambda at which a descent
 /// ends.
 const DAMPING: (f64, f64, f64, f64) = (1e-2, 0.3, 4.0, 1e6);
 
-/// The residuals with their gradients by the scaled coordinates that move.
+/// The residuals r, each with its gradient by the scaled coordinates that move.
 type Missing = Vec<(f64, Vec<f64>)>;
 
 impl Prepared<'_> {
-    /// The zero pose, or the nearest pose within the limits.
+    /// The zero pose; each coordinate is clamped to its position limits.
     pub(super) fn home(&self) -> Vec<f64> {
         self.pose(|(low, high)| 0.0_f64.clamp(low, high))
     }
 
-    /// The middle of the limits.
+    /// The pose in the middle of the position limits.
     pub(super) fn middle(&self) -> Vec<f64> {
         self.pose(|(low, high)| 0.5 * (low + high))
     }
@@ -53,7 +53,7 @@ impl Prepared<'_> {
         self.problem.limits.iter().map(|l| l.locked.unwrap_or_else(|| of(l.position))).collect()
     }
 
-    /// The pose at which descents from `q` end: with the greater distances, or else with the smaller ones.
+    /// The pose at which the descent from `q` ends: with the greater required distances, or with the smaller ones if that fails.
     pub(super) fn freed(&self, q: &[f64]) -> Vec<f64> {
         let [far, near] = [0, 1].map(|k| (WANTED_RESERVES[k], WANTED_TORQUE_SHARES[k]));
         let found = self.descended(q, far);
@@ -125,7 +125,7 @@ impl Prepared<'_> {
     }
 }
 
-/// q, dq, ddq of a robot at rest.
+/// The state (q, dq, ddq) of a robot at rest at `q`.
 fn at_rest(q: &[f64]) -> Vec<f64> {
     [q, &vec![0.0; 2 * q.len()]].concat()
 }
@@ -141,12 +141,12 @@ fn step(missing: &Missing, n: usize, damping: f64) -> Option<DVector<f64>> {
     Some(normal.cholesky()?.solve(&slopes.tr_mul(&residuals)))
 }
 
-/// A limit that poses violate.
+/// A limit that random poses violate, with their number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViolatedLimit {
-    /// A gap, or a coordinate with its limit of effort.
+    /// The violated limit: a gap, or the effort of a coordinate.
     pub what: Obstacle,
-    /// Number of poses that violate it.
+    /// Number of poses that violate the limit.
     pub poses: usize,
 }
 
@@ -159,11 +159,11 @@ pub enum Obstacle {
     Effort(usize),
 }
 
-/// Seed of the random poses of a count.
+/// Seed of the random poses.
 const COUNT_SEED: u64 = 40;
 
-/// The number of `poses` random poses within the limits that violate no limit, and the limits that the others violate, the most
-/// frequent first.
+/// Draws `poses` random poses within the position limits. Gives the number of poses that violate no limit, and the violated
+/// limits, the most frequent first.
 pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<ViolatedLimit>) {
     let prepared = Prepared::new(problem);
     let n = problem.limits.len();
@@ -216,14 +216,14 @@ mod tests {
     fn a_narrow_place_is_found() {
         let (arm, limits, torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let beside = |rod| Problem { surroundings: Some(rod), ..problem(&arm, &limits, &torque) };
-        // sin q < -0.9 from -1.5 to -1.12, of -1.5 to 2.
+        // sin q < -0.9 for q from -1.5 to -1.12 of the range -1.5 to 2.
         let narrow = Rod::new(-0.9);
         let narrow = beside(&narrow);
         let options = SearchOptions { starts: 2, iterations: 10, seed: 3, threads: 1 };
         let found = search(&narrow, &options, &|_, _| ()).unwrap();
         assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
         let (free, broken) = broken_at_poses(&narrow, 300);
-        // 0.38 of 3.5, three deviations of a count.
+        // The expected share is 0.38 of 3.5; the bounds allow three standard deviations of a count.
         assert!((15..=50).contains(&free), "{broken:?}");
         assert_eq!(broken, [ViolatedLimit { what: Obstacle::Gap(0), poses: 300 - free }]);
 

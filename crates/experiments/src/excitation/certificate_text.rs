@@ -1,4 +1,4 @@
-//! A certificate, and the parameters that a motion identifies, as tables for users: with units and significant digits.
+//! Tables for users of a certificate and of the parameters that a motion identifies, with units and significant digits.
 
 use claims::significant;
 
@@ -6,21 +6,21 @@ use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::proof::{CertificateRow, LimitProof};
 use crate::excitation::visibility::VisibleParameter;
 
-/// The rows of one kind of limit.
+/// The certificate rows of one kind of limit, summarised.
 pub struct LimitSummary<'a> {
-    /// The kind.
+    /// The kind of limit.
     pub limit: LimitKind,
-    /// Number of its rows.
+    /// Number of rows of this kind.
     pub count: usize,
-    /// Number of proven rows.
+    /// Number of proven rows of this kind.
     pub proven: usize,
-    /// The proven row that is nearest to its bound, relative to the bound.
+    /// The proven row with the least distance to its bound, relative to the bound.
     pub nearest: Option<&'a CertificateRow>,
     /// The rows that are not proven.
     pub faults: Vec<&'a CertificateRow>,
 }
 
-/// A certificate by kind of limit, without kinds that have no rows.
+/// Summarises a certificate by kind of limit. Kinds without rows are omitted.
 pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
     let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
     let of_kind = |limit: LimitKind| {
@@ -33,7 +33,7 @@ pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
 }
 
 impl CertificateRow {
-    /// The row in words; with both units where it is not known whether the joint turns or slides.
+    /// Describes the row in words. `is_prismatic`: whether the joint slides; `None`: unknown, so both units are given.
     pub fn in_words(&self, is_prismatic: Option<bool>) -> String {
         let CertificateRow { limit, subject, .. } = self;
         let unit = limit.unit_of(is_prismatic);
@@ -53,7 +53,7 @@ impl CertificateRow {
         }
     }
 
-    /// Value and bound with four digits, or with more until they differ.
+    /// Value and bound as text, with at least four digits; more digits if the two texts would be equal.
     fn digits(&self) -> (String, String) {
         let both = |digits| (significant(self.value, digits), significant(self.bound, digits));
         (MIN_DIGITS..MAX_DIGITS).map(both).find(|(value, bound)| value != bound).unwrap_or_else(|| both(MAX_DIGITS))
@@ -64,11 +64,11 @@ impl CertificateRow {
 const MIN_DIGITS: usize = 4;
 /// Greatest number of digits: a proof is not more accurate.
 const MAX_DIGITS: usize = 7;
-/// Digits of a time: tenths of milliseconds in some ten seconds.
+/// Digits of a time: a tenth of a millisecond in a time of some ten seconds.
 const TIME_DIGITS: usize = 6;
 
-/// A certificate as text: violated and unproven rows in full, the others as the nearest row of each kind of limit. `is_prismatic`
-/// says whether the coordinate of this name slides; `None` for other names.
+/// A certificate as text: each violated or unproven row, then the nearest proven row of each kind of limit. `is_prismatic` says
+/// whether the coordinate of a name slides; `None` if the name is not a coordinate.
 pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
     let summaries = certificate_summary(rows);
     let nearest = summaries.iter().filter_map(|summary| summary.nearest);
@@ -93,7 +93,8 @@ pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> 
     text
 }
 
-/// The parameters that a motion identifies: the standard deviation with two digits, and the nominal value with as many decimals.
+/// Table of the parameters that a motion identifies. Standard deviations have two digits; nominal values have as many decimals as
+/// these.
 pub fn parameters_text(parameters: &[VisibleParameter]) -> String {
     let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
     let mut text = format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "nominal", "sigma", "relative");

@@ -1,11 +1,11 @@
 //! The columns of an identification along a motion: base parameters and friction of each joint.
 //!
-//! In a search the sign of dry friction is replaced by the smooth tanh(dq / v), which has a derivative; v is 2 % of the greatest
-//! velocity within the limits. The predicted standard deviations of the resulting motion use the sign itself
+//! In a search the sign of dry friction is replaced by tanh(dq / v), because tanh has a derivative. v is 2 % of the greatest
+//! velocity within the limits. The predicted standard deviations of the motion use the sign itself
 //! ([`crate::excitation::visibility`]).
 //!
-//! A locked coordinate has no row, because its dry friction may take any share of the torque. A column that is then a linear
-//! combination of the columns before it, at random states within the limits, is not separable and is left out.
+//! A locked coordinate has no row, because its dry friction may take any share of the torque. A column is left out if it is a
+//! linear combination of the columns before it, at random states within the limits.
 
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 use linear_model::linear_model::Model;
@@ -14,18 +14,19 @@ use random::Random;
 
 use crate::excitation::limits::CoordinateLimits;
 
-/// Width of the smooth sign of dry friction in a search, as a share of the greatest velocity within the limits.
+/// Width v of the smooth sign of dry friction in a search, as a share of the greatest velocity within the limits.
 pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
-/// A column is not separable where its residual with respect to the columns before it is below this share of its norm.
+/// A column is linearly dependent if its residual with respect to the columns before it is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
 /// A column with a norm below this share of the largest norm counts as zero.
 const ZERO_NORM_SHARE: f64 = 1e-12;
 
-/// Least number of rows a column from random states, where no coordinate is locked.
+/// Least number of rows per column, from random states, if no coordinate is locked.
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
-/// The columns of the friction of joint j, with their derivatives by dq and ddq; `v`: width of the smooth sign, rad/s (m/s).
+/// Fills `out` with the friction columns of joint j: [value, derivative by dq, derivative by ddq]. `v`: width of the smooth sign,
+/// rad/s (m/s).
 pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
     let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
     let turn = (1.0 - sign * sign) / v;
@@ -55,21 +56,21 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f
                 put(sign * fall, (turn - 2.0 * sign * dq / (speed * speed)) * fall, 0.0);
             }
             FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
-            // The term needs a measured torque, which does not exist before the motion is run.
+            // The term needs a measured torque, which does not exist before the experiment.
             FrictionTerm::Load => put(0.0, 0.0, 0.0),
-            // A request for a motion refuses terms of a single joint. Here their columns exist and are zero.
+            // A request for a motion refuses terms of a single joint, so their columns are zero here.
             FrictionTerm::At(..) => term.parameters_of(j).iter().for_each(|_| put(0.0, 0.0, 0.0)),
         }
     }
 }
 
-/// Which columns of the model are separable by motions within the limits.
+/// For each column of the model: whether motions within the limits can separate it from the columns before it.
 pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut random = Random::new(1);
     let mut block = TriangleBuilder::new(p);
     let mut y = vec![0.0; n * base];
-    // Random states within the limits; a locked coordinate stays where it is.
+    // Random states within the limits; a locked coordinate keeps its position.
     for _ in 0..RANDOM_ROWS_PER_COLUMN * p.div_ceil(n.max(1)).max(1) {
         let mut between = |l: &CoordinateLimits, low: f64, high: f64, rest: f64| match l.locked {
             Some(_) => rest,
@@ -82,7 +83,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         let dq = state(&|l| (-l.reachable_velocity(), l.reachable_velocity(), 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
-        // The row of each moving joint: its row of Y, and its friction columns after all base columns.
+        // The row of each moving joint: its row of Y, then the friction columns after all base columns.
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
@@ -101,7 +102,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             block.push(&row, 0.0);
         }
     }
-    // The diagonal entry of the triangle is the residual of a column with respect to the columns before it.
+    // The diagonal entry of the triangle is the norm of the residual of a column with respect to the columns before it.
     let triangle = block.finish();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
@@ -143,7 +144,7 @@ mod tests {
             let along_dq = slopes(columns(dq + h, 0.5, 0.3), columns(dq - h, 0.5, 0.3));
             let along_ddq = slopes(columns(dq, 0.5 + h, 0.3), columns(dq, 0.5 - h, 0.3));
             for (c, at) in at.iter().enumerate() {
-                // Central differences of h = 1e-6: 1e-10 of rounding.
+                // Central differences with h = 1e-6: rounding errors are about 1e-10.
                 assert!((at[1] - along_dq[c]).abs() < 1e-8 && (at[2] - along_ddq[c]).abs() < 1e-8, "{c}");
             }
         }
@@ -153,7 +154,7 @@ mod tests {
     fn a_column_twice_is_seen_once() {
         let arm = Pendulum::new();
         let limits = |locked| CoordinateLimits { locked, ..limits((-1.0, 1.0), [1.0, 3.0, 100.0]) };
-        // A rotor inertia has the same column as ZZ1.
+        // The column of a rotor inertia equals the column of ZZ1.
         let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
         let model = Model::new(&arm, &friction, &[]);
         assert_eq!(visible_columns(&model, &[limits(None)]), [true, true, true, true, false]);

@@ -1,14 +1,14 @@
-//! The criterion of the rows of W, and its gradient by their entries.
+//! The optimality criterion J of a motion from the rows of W, and its gradient by the entries of W.
 //!
-//! F = W'W / samples, p x p. With d_c the norms of the columns and C = F scaled to a unit diagonal:
+//! F = W'W / samples, p x p. d_c: norms of the columns; C: F scaled to a unit diagonal.
 //!
 //! determinant: J = -log det F / p,                dJ/dF = -F^-1 / p
 //! condition:   J = log(p tr C^-1) / 2, the logarithm of cond_fro of the scaled columns,
 //!              dJ/dF = [diag((F^-1)_cc) - F^-1 diag(F_cc) F^-1] / (2 tr C^-1)
 //!
 //! and dJ/dW = 2 W dJ/dF / samples. The rows of a joint are zero in the columns of the links before it, so each joint stores only
-//! its own columns; this saves two thirds of the products. Both criteria are minimised. Scaling a column changes them only by a
-//! constant.
+//! the columns of its own link and of the links after it; this saves two thirds of the products. Both criteria are minimised.
+//! Scaling a column adds only a constant to J.
 
 use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
 use numerics::reflection::{add_products, combine};
@@ -16,37 +16,37 @@ use numerics::row_block::{BLOCK_ROWS, RowBlock};
 use processor::in_parallel;
 use serde::{Deserialize, Serialize};
 
-/// The aim of a search for a motion.
+/// The criterion that a search for a motion optimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SearchObjective {
-    /// The greatest determinant of the information.
+    /// Maximise the determinant of the information matrix.
     Determinant,
-    /// The least condition number (Frobenius) of the columns scaled to unit norm.
+    /// Minimise the condition number (Frobenius) of the columns scaled to unit norm.
     Condition,
 }
 
-/// The rows of a joint.
+/// The rows of W of one joint.
 #[derive(Clone, Debug)]
 pub struct CriterionRows {
     /// Columns of W in which the rows may differ from zero.
     columns: Vec<usize>,
-    /// Entries of the rows, one a column, followed by the same number of entries for the gradient.
+    /// Entries of the rows, one per column, followed by as many entries for the gradient.
     blocks: Vec<RowBlock>,
 }
 
 impl CriterionRows {
-    /// An empty set of rows with these columns.
+    /// Makes an empty set of rows with these columns of W.
     pub fn new(columns: Vec<usize>) -> CriterionRows {
         CriterionRows { columns, blocks: vec![] }
     }
 
-    /// The columns of the entries.
+    /// The columns of W in which the rows have entries.
     pub fn columns(&self) -> &[usize] {
         &self.columns
     }
 
-    /// Appends a row.
+    /// Appends a row with one entry per column.
     pub fn push(&mut self, row: impl Iterator<Item = f64>) {
         let width = 2 * self.columns.len();
         if self.blocks.last().is_none_or(RowBlock::is_full) {
@@ -57,7 +57,7 @@ impl CriterionRows {
         }
     }
 
-    /// The products of all pairs of columns, (i, j) with i <= j at j m + i.
+    /// The products of all pairs of columns: the product of i and j, i <= j, is at index j m + i.
     fn products(&mut self) -> Vec<f64> {
         let m = self.columns.len();
         let places: Vec<usize> = (0..m).collect();
@@ -66,8 +66,8 @@ impl CriterionRows {
         products
     }
 
-    /// For each column the gradient by its entries in up to eight rows from number `first` on, a multiple of eight. `None` after
-    /// the last row.
+    /// The gradient of J by the entries of up to eight rows, one slice per column. `first`: number of the first row, a multiple
+    /// of eight. `None` after the last row.
     pub fn slopes(&self, first: usize) -> Option<impl Iterator<Item = &[f64]>> {
         let m = self.columns.len();
         let block = self.blocks.get(first / BLOCK_ROWS)?;
@@ -77,9 +77,9 @@ impl CriterionRows {
     }
 }
 
-/// J, with the data for its derivative.
+/// The criterion J, with the data for its gradient.
 pub struct Criterion {
-    /// The criterion, the smaller the better.
+    /// J; smaller is better.
     pub value: f64,
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
@@ -90,8 +90,8 @@ pub struct Criterion {
     inverse: Vec<f64>,
 }
 
-/// The criterion of the rows of all joints and of `others`, p wide, computed on `threads` threads; `None` where they lack full
-/// rank.
+/// J of the rows of all joints and of `others`, further rows with p entries each; computed on `threads` threads. `None` if the
+/// rows do not have full rank.
 pub fn criterion(
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
@@ -123,7 +123,7 @@ pub fn criterion(
         row[i] = 1.0;
     }
     let (log_det, inverse) = log_det_and_inverse(&lower, p)?;
-    // One over the squared distance of a unit column from the span of the others.
+    // The diagonal of the inverse: one over the squared distance of a unit column from the span of the other columns.
     if (0..p).any(|c| inverse[c * p + c].is_nan() || inverse[c * p + c] > MAX_VARIANCE_INFLATION) {
         return None;
     }
@@ -138,7 +138,7 @@ pub fn criterion(
     Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
 
-/// The variance inflation of a column by the other columns above which rounding (1e-16 of the sums) dominates.
+/// Greatest accepted variance inflation of a column by the other columns; above it rounding errors (1e-16 of the sums) dominate.
 const MAX_VARIANCE_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {
@@ -146,7 +146,7 @@ fn trace(matrix: &[f64], p: usize) -> f64 {
 }
 
 impl Criterion {
-    /// The rows with dJ/dW along each of their entries.
+    /// The rows with dJ/dW for each of their entries.
     pub fn slope(self) -> Vec<CriterionRows> {
         let Criterion { aim, rows, threads, scale, inverse, .. } = self;
         let p = scale.len();
@@ -187,7 +187,7 @@ mod tests {
         let mut random = Random::new(2);
         let scales = [1.0, 30.0, 0.02, 4.0];
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
-        // Two joints, of which the second has no entry in the first column.
+        // Two joints; the second has no entry in the first column.
         let rows = |w: &[f64]| {
             let mut joints = vec![CriterionRows::new((0..p).collect()), CriterionRows::new((1..p).collect())];
             w.chunks_exact(p).enumerate().for_each(|(r, row)| joints[r % 2].push(row[r % 2..].iter().copied()));
@@ -214,7 +214,7 @@ mod tests {
                     at(&w).value
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
-                // Central differences: 1e-16 over 1e-6, per scale of the column.
+                // Rounding of central differences, 1e-16 over 1e-6, divided by the scale of the column.
                 assert!((slopes[k] - slope).abs() < 1e-7 / scales[k % p], "{aim:?} {k}: {} {slope}", slopes[k]);
             }
         }

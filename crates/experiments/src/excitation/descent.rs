@@ -1,4 +1,4 @@
-//! Quasi-Newton descent with a partially known Hessian.
+//! Quasi-Newton descent for a function with a partially known Hessian.
 //!
 //! Limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] with the known Hessian (of a barrier) in place of the multiple of
 //! the identity, and a backtracking line search (Armijo) inside the domain. A pair of step and gradient change without positive
@@ -7,27 +7,27 @@
 use numerics::interruption::Interruption;
 use numerics::vector::dot;
 
-/// Pairs of step and gradient change that are stored.
+/// Greatest number of stored pairs of step and gradient change.
 const REMEMBERED_PAIRS: usize = 12;
-/// Share of the linearly predicted decrease that a step must achieve (Armijo).
+/// Armijo constant: a step must achieve this share of the linearly predicted decrease.
 const ARMIJO_SHARE: f64 = 1e-4;
-/// Halvings of a step, at most.
+/// Greatest number of halvings of a step.
 const MAX_STEP_HALVINGS: usize = 25;
-/// Least cosine between a step and the gradient change of a stored pair.
+/// A pair of step and gradient change is stored only if the cosine between them is greater.
 const MIN_CURVATURE_COSINE: f64 = 1e-10;
-/// Consecutive iterations with little decrease after which a descent ends.
+/// A descent ends after this number of consecutive iterations with little decrease.
 const MAX_STALLED_ITERATIONS: usize = 3;
 
 /// A function to be minimised on an open set.
 pub trait Objective {
-    /// Value and gradient; `None` outside the set, and where the value is above `at_most`, since the line search then needs no
-    /// gradient.
+    /// Value and gradient at x. `None` if x is outside the set, or if the value is above `at_most`, because the line search then
+    /// needs no gradient.
     fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)>;
 
-    /// Solves with the known part of the Hessian at x, in place.
+    /// Solves H y = `direction` with the known part H of the Hessian at x; y replaces `direction`.
     fn precondition(&self, x: &[f64], direction: &mut [f64]);
 
-    /// The greatest step along a direction that may be tried.
+    /// The greatest step from x along `direction` that the line search may try.
     fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64;
 }
 
@@ -35,16 +35,15 @@ pub trait Objective {
 pub struct Descent {
     /// The point at which the descent ended.
     pub x: Vec<f64>,
-    /// The value of the objective.
+    /// The value of the objective at `x`.
     pub value: f64,
     /// Number of steps.
     pub iterations: usize,
 }
 
-/// Descends from `x` for at most `iterations`; `None` where x is outside the domain.
+/// Minimises `objective` from `x` in at most `iterations` steps. `None` if x is outside the domain.
 ///
-/// It ends earlier where three consecutive iterations each decrease f by less than `least` (1 + |f|), and where it is
-/// interrupted.
+/// Ends earlier if each of three consecutive iterations decreases f by less than `least` (1 + |f|), or if it is interrupted.
 pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
@@ -57,7 +56,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
         }
         let mut direction = along(objective, &x, &slope, &pairs);
         let mut rate = dot(&direction, &slope);
-        // The stored curvature gives an ascent direction: discard it, and use the known Hessian alone.
+        // If the stored curvature gives an ascent direction, discard it and use the known Hessian alone.
         if rate.is_nan() || rate >= 0.0 {
             pairs.clear();
             direction = along(objective, &x, &slope, &pairs);
@@ -70,7 +69,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
             pairs.clear();
             continue;
         };
-        // A pair is stored where the curvature s'y along the step is clearly positive.
+        // Store a pair only if the curvature s'y along the step is clearly positive.
         let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
         let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let sy = dot(&s, &y);
@@ -89,8 +88,8 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
     Some(Descent { x, value, iterations })
 }
 
-/// Halves a step until it achieves the required share of the decrease predicted by the slope `rate`; gives x, value and gradient
-/// there.
+/// Backtracking line search: halves the step until it achieves the required share of the predicted decrease. `rate`: slope along
+/// `direction`. Gives the new x with its value and gradient; `None` if no step succeeds.
 fn line_search(
     objective: &dyn Objective,
     x: &[f64],
@@ -112,7 +111,7 @@ fn line_search(
     None
 }
 
-/// The direction of descent, by the two-loop recursion.
+/// The descent direction of L-BFGS, by the two-loop recursion.
 fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>, Vec<f64>, f64)]) -> Vec<f64> {
     let mut d: Vec<f64> = slope.iter().map(|g| -g).collect();
     let mut shares = Vec::with_capacity(pairs.len());
@@ -163,7 +162,7 @@ mod tests {
     fn the_valley_is_followed_to_the_wall() {
         let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
         assert!(found.iterations < 200);
-        // At the barrier: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
+        // At the barrier, 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
         let (a, b) = (found.x[0], found.x[1]);
         assert!((a - 0.79975).abs() < 1e-4 && (b - a * a).abs() < 1e-3, "{a} {b}");
         assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());

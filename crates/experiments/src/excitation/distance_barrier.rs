@@ -1,11 +1,11 @@
-//! The gaps between bodies as a barrier that a descent stays within.
+//! The distances between bodies as a barrier, which keeps a descent free of collisions.
 //!
-//! At N instants of the motion, with r the distance of two solids above their bound minus the gap's reserve for their motion
-//! between the instants, and s = r / w, w the distance from which the barrier acts:
+//! The barrier is evaluated at N instants of the motion. r: distance of two solids above their bound, minus the reserve of the
+//! gap for motion between the instants. w: distance from which the barrier acts. With s = r / w:
 //!
 //! S = -1/N sum of log s + (1 - s) + (1 - s)^2 / 2   over the gaps with s < 1
 //!
-//! At the bound it diverges like a logarithm; at s = 1 its first and second derivative vanish.
+//! S tends to infinity at the bound, like a logarithm; at s = 1 its first and second derivative are zero.
 
 use std::cell::{RefCell, RefMut};
 
@@ -13,44 +13,44 @@ use crate::excitation::gap_proof::{GapCache, Surroundings};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::near_gaps::NearGaps;
 
-/// Distance above the bound below which the barrier acts, m.
+/// The barrier acts on distances above the bound by less than this, m.
 const BARRIER_RANGE_M: f64 = 0.05;
-/// Instants a period for each two coefficients of a coordinate (a harmonic). Between two of them, dt apart, the error of a
-/// distance is a dt^2 / 8 = 2 mm for a body at 2 m/s in the highest of eight harmonics of ten seconds: half of a reserve.
+/// Instants in a period per harmonic (two coefficients of a coordinate). Between two instants, dt apart, the error of a distance
+/// is a dt^2 / 8 = 2 mm for a body at 2 m/s in the highest of eight harmonics of ten seconds: half of a reserve.
 const INSTANTS_PER_HARMONIC: usize = 32;
-/// Instants in a blend.
+/// Number of instants in a blend.
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
 /// Least number of instants in a period.
 const MIN_INSTANTS_PER_PERIOD: usize = 200;
-/// Least distance at the start of a descent, in reserves of its gap.
+/// Least distance above the bound at the start of a descent, in multiples of the gap's reserve.
 const INITIAL_RESERVES: f64 = 2.0;
 
-/// Data of the previous evaluation of one start at each instant; the next evaluation uses them.
+/// Data of the previous evaluation at each instant, which make the next evaluation faster.
 ///
-/// Each start has its own, so that its result is independent of the others.
+/// Each start has its own data, so its result is independent of other starts.
 #[derive(Default)]
 pub struct Seen(RefCell<Vec<GapCache>>);
 
-/// The barrier of the distances.
+/// The barrier S of the distances between bodies.
 #[derive(Clone)]
 pub struct DistanceBarrier<'a> {
     surroundings: &'a dyn Surroundings,
-    /// Positions at each instant per unit of the coefficients.
+    /// Row of the basis at each instant: the position of a coordinate per unit of each coefficient.
     instants: Vec<Vec<f64>>,
 }
 
 impl<'a> DistanceBarrier<'a> {
-    /// The barrier for motions of this shape.
+    /// Makes the barrier for motions of this shape.
     pub fn new(surroundings: &'a dyn Surroundings, shape: &MotionShape) -> DistanceBarrier<'a> {
         let count = (INSTANTS_PER_HARMONIC * (shape.size() / 2)).max(MIN_INSTANTS_PER_PERIOD);
         let of_blends = (0..DISTANCE_INSTANTS_PER_BLEND).map(|i| i as f64 / DISTANCE_INSTANTS_PER_BLEND as f64);
         DistanceBarrier { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
-    /// `height` times S; `None` where a gap is violated, and where the value is above `at_most`.
+    /// `height` times S. `None` if a gap is violated, or if the value is above `at_most`.
     ///
     /// `positions` gives the coordinates for a row of the basis. `along` receives a row with the gradient of `height` S by the
-    /// coordinates at its instant. Gaps on which the barrier acts are added to `felt`.
+    /// coordinates at the same instant. The gaps on which the barrier acts are added to `felt`.
     pub(crate) fn value(
         &self,
         seen: &Seen,
@@ -62,7 +62,7 @@ impl<'a> DistanceBarrier<'a> {
     ) -> Option<f64> {
         let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
-        // S and dS/dq at each instant; both are zero where no gap is near.
+        // S and dS/dq at each instant; both are zero if no two bodies are near each other.
         let mut seen = self.seen(seen);
         for (instant, (row, known)) in self.instants.iter().zip(seen.iter_mut()).enumerate() {
             let q = positions(row);
@@ -82,7 +82,7 @@ impl<'a> DistanceBarrier<'a> {
                     felt.push(instant, room - reserve, weight * (s.powi(-2) - 1.0) / width.powi(2), slope);
                 }
             });
-            // S has no negative terms, so a value above `at_most` stays above.
+            // S has no negative terms, so a partial sum above `at_most` stays above it.
             if !(is_kept && weight * value <= at_most) {
                 return None;
             }
@@ -93,13 +93,13 @@ impl<'a> DistanceBarrier<'a> {
         Some(weight * value)
     }
 
-    /// The row of the basis at each instant.
+    /// The row of the basis at each instant of the barrier.
     pub(crate) fn rows(&self) -> &[Vec<f64>] {
         &self.instants
     }
 
-    /// The least ratio of a distance above its bound to its reserve: the distance, m, with its gap; `None` where no solids are
-    /// near.
+    /// The distance above its bound, m, and the index of the gap with the least ratio of this distance to its reserve. `None` if
+    /// no two solids are near each other.
     pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         let mut seen = self.seen(seen);
@@ -109,14 +109,14 @@ impl<'a> DistanceBarrier<'a> {
         nearest
     }
 
-    /// The data of the previous evaluation at each instant.
+    /// The data of the previous evaluation, one entry per instant.
     fn seen<'s>(&self, seen: &'s Seen) -> RefMut<'s, Vec<GapCache>> {
         let mut seen = seen.0.borrow_mut();
         seen.resize_with(self.instants.len(), || None);
         seen
     }
 
-    /// Replaces `nearest` by the nearest gap at a configuration, where that is nearer.
+    /// Replaces `nearest` by the nearest gap at configuration `q` if that gap is nearer.
     pub fn nearest_at(&self, q: &[f64], known: &mut GapCache, nearest: &mut Option<(f64, usize)>) {
         let beside_reserve = |(room, gap): (f64, usize)| room / self.surroundings.gaps()[gap].reserve;
         self.surroundings.near(q, BARRIER_RANGE_M, known, &mut |gap, room, _| {
@@ -126,7 +126,7 @@ impl<'a> DistanceBarrier<'a> {
         });
     }
 
-    /// Whether a distance is sufficient at the start of a descent.
+    /// Whether the distance of the nearest gap is sufficient for the start of a descent. `None`: no gap is near.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         nearest.is_none_or(|(room, gap)| room > INITIAL_RESERVES * self.surroundings.gaps()[gap].reserve)
     }
@@ -155,7 +155,7 @@ mod tests {
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
         let (value, nearest) = at(&x);
         assert!(value.unwrap() > 0.0 && wall.is_inside(nearest), "{value:?} {nearest:?}");
-        // The second derivative is the change of the slope with the distance.
+        // The second derivative is the change of the gradient per distance.
         let moved = |h: f64| {
             let (_, felt, slopes) = felt_at(&x.map(|x| x * (1.0 + h)));
             let rate =

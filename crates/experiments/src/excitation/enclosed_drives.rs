@@ -1,4 +1,4 @@
-//! Enclosures of torques and powers along a motion; a proof of their limits divides intervals until it holds.
+//! Interval enclosures of torques and powers along a motion. A proof of their limits divides time intervals until it succeeds.
 
 use numerics::interval::Interval;
 use numerics::jet::Jet;
@@ -14,20 +14,20 @@ pub(super) fn dry(described: &NominalTorque, k: usize) -> f64 {
 }
 
 /// The limits of torque and power: coordinate, kind, and the usable value, N m (N) or W. The dry friction of a joint at rest may
-/// act in either direction, so it is subtracted from the effort.
+/// act in either direction, so its magnitude is subtracted from the effort.
 pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &NominalTorque) -> Vec<(usize, LimitKind, f64)> {
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
     let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
     (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
 }
 
-/// The jets of torque and velocity of each coordinate.
+/// Torque and velocity of each coordinate, as jets.
 type DriveJets = Vec<(Jet, Jet)>;
 
-/// For each coordinate the torque with viscous friction and offset, N m (N), and the power with dry friction too, W.
+/// Enclosures of each coordinate: torque with viscous friction and offset, N m (N), and power with dry friction too, W.
 pub(super) type DriveEnclosure = Vec<(Interval, Interval)>;
 
-/// Torques and powers on an interval of a segment, and at its middle.
+/// Encloses torques and powers on an interval of a segment, and at the middle of the interval.
 pub(super) fn drives_on(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
@@ -45,7 +45,7 @@ pub(super) fn drives_on(
     (drives(described, &wide, over), at_middle)
 }
 
-/// Torques and powers at an instant of a segment.
+/// Encloses torques and powers at time `t` of a segment.
 pub(super) fn drives_at(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
@@ -61,7 +61,7 @@ fn jets(states: &[Derivatives], described: &NominalTorque) -> DriveJets {
     described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
 }
 
-/// Torques and powers from the jets `states` of torque and velocity; `of` encloses a function of these jets.
+/// Torques and powers from `states`, the jets of torque and velocity. `of` encloses a function of these jets on the interval.
 fn drives(
     described: &NominalTorque,
     states: &DriveJets,
@@ -70,7 +70,7 @@ fn drives(
     let one = |k: usize| {
         let (f, velocity) = (described.friction[k], states[k].1.0[0]);
         let torque = of(&|all| all[k].0) + velocity * f.viscous + Interval::point(f.offset);
-        // Where the velocity does not change its sign, the sign of the dry friction is known.
+        // If the velocity does not change its sign, the sign of the dry friction is known.
         let (sign, turning) = match velocity {
             v if v.low >= 0.0 => (1.0, Interval::ZERO),
             v if v.high <= 0.0 => (-1.0, Interval::ZERO),

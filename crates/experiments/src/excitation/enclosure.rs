@@ -2,10 +2,10 @@
 //!
 //! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
 //!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
-//! - A blend, and each span of a spline: between the least and greatest of the control points of its interval (Bernstein),
+//! - A blend, and each span of a spline: between the least and the greatest of the Bernstein control points of its interval,
 //!   from polar forms.
 //!
-//! Everything is in interval arithmetic, so that rounding errors are covered by the proof.
+//! All computations use interval arithmetic, so the proof covers rounding errors.
 
 use numerics::interval::Interval;
 
@@ -13,38 +13,38 @@ use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::motion::{Motion, MotionShape};
 use crate::excitation::spline_enclosure::EnclosedSpline;
 
-/// A segment of a motion, with its own clock that starts at 0.
+/// A segment of a motion; its local time starts at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionSegment {
-    /// From rest to the series.
+    /// The blend from rest to the series.
     Start,
-    /// One period; all periods are equal.
+    /// One period of the series, or the whole spline; all periods are equal.
     Period,
-    /// From the series to rest.
+    /// The blend from the series to rest.
     End,
 }
 
-/// Position and its first four derivatives.
+/// Enclosures of position and of its first four derivatives.
 pub type Derivatives = [Interval; 5];
 
-/// A motion with the data for its enclosures.
+/// A motion prepared for enclosures.
 pub enum EnclosedMotion<'a> {
-    /// A series and its blends.
+    /// A Fourier series with its blends.
     Fourier(EnclosedSeries<'a>),
     /// A spline.
     Spline(EnclosedSpline),
 }
 
-/// A series with the data for its enclosures.
+/// A Fourier series prepared for enclosures.
 pub struct EnclosedSeries<'a> {
     shape: FourierSeries,
-    /// By coordinate: (c, a_1, b_1, ..).
+    /// Coefficients (c, a_1, b_1, ..) of each coordinate.
     joints: &'a [Vec<f64>],
-    /// w_l, rad/s.
+    /// Angular frequencies w_l = w l of the harmonics, rad/s.
     frequency: Vec<Interval>,
-    /// By coordinate: sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4.
+    /// Bounds of the derivatives, one entry per coordinate: sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4.
     curvature: Vec<[f64; 5]>,
-    /// By coordinate: the control points of the blends, start and end.
+    /// Bernstein control points of the start blend and of the end blend, one entry per coordinate.
     blends: Vec<[[Interval; 5]; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl MotionSegment {
         }
     }
 
-    /// Its time interval on its own clock, s.
+    /// The local time interval of the segment, s.
     pub fn span(self, shape: &MotionShape) -> Interval {
         match self {
             MotionSegment::Period => Interval::new(0.0, shape.period()),
@@ -65,7 +65,7 @@ impl MotionSegment {
         }
     }
 
-    /// Time of the motion at which its clock starts, s.
+    /// Time of the motion at which the segment starts, s.
     pub fn start(self, motion: &Motion) -> f64 {
         match self {
             MotionSegment::Start => 0.0,
@@ -74,7 +74,7 @@ impl MotionSegment {
         }
     }
 
-    /// The method of its enclosures, in words.
+    /// Name of the method that encloses the segment.
     pub fn method(self, shape: &MotionShape) -> &'static str {
         match (self, shape) {
             (MotionSegment::Period, MotionShape::Fourier(_)) => "Taylor enclosures of the series",
@@ -85,7 +85,7 @@ impl MotionSegment {
 }
 
 impl EnclosedMotion<'_> {
-    /// Prepares the enclosures of a motion.
+    /// Prepares a motion for enclosures.
     pub fn new(motion: &Motion) -> EnclosedMotion<'_> {
         match motion.shape {
             MotionShape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
@@ -93,7 +93,7 @@ impl EnclosedMotion<'_> {
         }
     }
 
-    /// Encloses position and derivatives of each coordinate on an interval of a segment.
+    /// Encloses position and derivatives of each coordinate on an interval of a segment; `part` in local time, s.
     pub fn on(&self, piece: MotionSegment, part: Interval) -> Vec<Derivatives> {
         match self {
             EnclosedMotion::Fourier(series) => series.on(piece, part),
@@ -121,7 +121,7 @@ impl EnclosedSeries<'_> {
         });
         let curvature = curvature.collect();
         let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
-        // Control points of a blend: s, s, s, q - D v/4, q with s = q - D v/2 + D^2 a/12 at the start, mirrored at the end.
+        // Control points of the start blend: s, s, s, q - D v/4, q with s = q - D v/2 + D^2 a/12. The end blend is mirrored.
         let d = Interval::point(shape.blend);
         let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
             let bend = (d.square() * a).over(Interval::point(12.0));
@@ -148,7 +148,7 @@ impl EnclosedSeries<'_> {
         }
     }
 
-    /// Position and five derivatives of each coordinate at an instant of a period.
+    /// Encloses position and five derivatives of each coordinate at an instant of a period.
     fn series_at(&self, t: Interval) -> Vec<[Interval; 6]> {
         let waves: Vec<(Interval, Interval)> =
             self.frequency.iter().map(|w| ((*w * t).sin(), (*w * t).cos())).collect();
@@ -157,8 +157,8 @@ impl EnclosedSeries<'_> {
             found[0] = Interval::point(joint[0]);
             for (l, (s, c)) in waves.iter().enumerate() {
                 let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
-                // `along` is w times the position of a harmonic, and `across` its velocity. The other derivatives are these times
-                // powers of w.
+                // `along` is w times the position of a harmonic, and `across` is its velocity. The other derivatives are these
+                // two times powers of w.
                 let (along, across) = (*s * a - *c * b, *c * a + *s * b);
                 found[0] = found[0] + along.over(w);
                 let mut scale = Interval::point(1.0);
@@ -197,7 +197,8 @@ impl EnclosedSeries<'_> {
     }
 }
 
-/// The hull of the control points of the interval from u to v: the polar form with n - j arguments u and j arguments v.
+/// The hull of the control points on the interval from u to v. Control point j is the polar form with n - j arguments u and j
+/// arguments v.
 fn restricted(points: &[Interval], u: Interval, v: Interval) -> Interval {
     let between = |x: Interval, y: Interval, u: Interval| x + (y - x) * u;
     let polar = |j: usize| {
@@ -234,12 +235,12 @@ mod tests {
     fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: MotionSegment, part: Interval) {
         let (held, span) = (enclosed.on(piece, part), piece.span(&motion.shape));
         for i in 0..=20 {
-            // Inside the segment: at its ends the jerk jumps.
+            // Times inside the segment, because the jerk jumps at its ends.
             let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
             let thin = enclosed.on(piece, Interval::point(t));
             for (j, x) in motion.at(piece.start(motion) + t).iter().enumerate() {
                 for d in 0..4 {
-                    // The clock of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
+                    // The time of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
                     assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
                     assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
                 }
@@ -248,7 +249,7 @@ mod tests {
                 let [before, after] = [-h, h].map(|h| motion.at(piece.start(motion) + t + h)[j][3]);
                 let slope = (after - before) / (2.0 * h);
                 let is_inside = t - h > span.low && t + h < span.high;
-                // Rounding of a jerk of hundreds over h; h times the jumps of the fifth derivative at knots.
+                // Errors: rounding of a jerk of hundreds divided by h; h times the jumps of the fifth derivative at knots.
                 let near = 1e-3 * (1.0 + slope.abs());
                 assert!(!is_inside || (thin[j][4].middle() - slope).abs() < near, "{t}: {:?} {slope}", thin[j][4]);
                 assert!(held[j][4].low <= thin[j][4].high && held[j][4].high >= thin[j][4].low);

@@ -1,8 +1,8 @@
-//! The limits for the check of a motion, with the source of each.
+//! The limits against which a motion is checked, with the source of each.
 //!
-//! The file of a motion has the limits of its search, which can be loosened by editing it. The limits of the description and of
-//! the user's limits file apply in any case. A limit that is in neither of them comes from the motion's file alone, and the
-//! reader of a proof must know that.
+//! The file of a motion contains the limits of its search, but a user can edit it and loosen them. Therefore the limits of the
+//! description and of the user's limits file always apply. If neither has a limit, it comes from the motion's file alone, and the
+//! report says so.
 
 use std::fmt;
 
@@ -17,11 +17,11 @@ use crate::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 pub enum LimitOrigin {
     /// The description.
     Description,
-    /// The limits file of the user.
+    /// The source is the limits file of the user.
     LimitsFile,
-    /// The motion's file, which is tighter than the others.
+    /// The source is the motion's file, whose limit is tighter than the others.
     MotionTighter,
-    /// The motion's file alone.
+    /// The source is the motion's file; there is no other limit.
     MotionAlone,
 }
 
@@ -36,22 +36,22 @@ impl fmt::Display for LimitOrigin {
     }
 }
 
-/// A limit of a coordinate with its origin.
+/// A limit of a coordinate with its source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnforcedLimit {
     /// Name of the coordinate.
     pub coordinate: String,
     /// Kind of the limit.
     pub limit: LimitKind,
-    /// Least and greatest value.
+    /// Least and greatest allowed value.
     pub bounds: (f64, f64),
-    /// Its source.
+    /// Where the limit comes from.
     pub origin: LimitOrigin,
 }
 
-/// The tightest of the limits of the motion's search, of the description, and of a limits file; with their sources.
+/// The tightest of three limits: of the motion's search, of the description and of a limits file; with their sources.
 ///
-/// `asked`: the limits of file and description ([`crate::excitation::limits::given`]), where there is a file. Fails where no
+/// `asked`: the limits of file and description ([`crate::excitation::limits::given`]), if there is a file. Fails if no position
 /// range remains.
 pub fn enforced(
     coordinate: &str,
@@ -84,7 +84,7 @@ pub fn enforced(
     if let Some(fault) = limits.fault() {
         return Err(fault);
     }
-    // The user's description and limits file take precedence over the motion's own file.
+    // If limits are equal, the description and the limits file are named before the motion's own file.
     let origin = |kind: LimitKind, bounds: (f64, f64)| {
         let given = others.iter().filter_map(|(origin, other)| Some((*origin, other.bounds(kind)?)));
         let (same, other): (Vec<_>, Vec<_>) = given.partition(|(_, theirs)| *theirs == bounds);
@@ -102,7 +102,7 @@ pub fn enforced(
     Ok((limits, rows))
 }
 
-/// The sources of the limits, kind by kind, with the coordinates where the sources differ.
+/// A text with the sources of the limits, one line per kind; coordinates are named if their sources differ.
 pub fn origins_text(rows: &[EnforcedLimit]) -> String {
     let mut text = String::new();
     for kind in LimitKind::OF_A_COORDINATE {
@@ -126,7 +126,7 @@ pub fn origins_text(rows: &[EnforcedLimit]) -> String {
     text
 }
 
-/// The kinds of limits that are in the motion's own file alone, in words.
+/// The kinds of limits that come from the motion's own file alone, in words.
 pub fn kinds_of_motion_alone(rows: &[EnforcedLimit]) -> Vec<String> {
     let is_own = |kind: &LimitKind| rows.iter().any(|row| row.limit == *kind && row.origin == LimitOrigin::MotionAlone);
     LimitKind::OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string()).collect()
@@ -154,7 +154,7 @@ mod tests {
         assert!(enforced("q1", &away, &described(), None).is_err());
     }
 
-    /// The tightest of the three applies and is reported; where the description is equally tight, the source is the description.
+    /// The tightest of the three applies and is reported; if the description is equally tight, it is the source.
     #[test]
     fn every_limit_is_told_with_its_place() {
         let origins =

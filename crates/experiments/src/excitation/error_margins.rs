@@ -1,4 +1,4 @@
-//! Error margins of the robot with respect to its description and its plan, given by the user, and their use in a proof.
+//! Error margins: how far the robot may differ from its description and its plan. The user gives them, and a proof covers them.
 //!
 //! | margin | greatest error | the proof |
 //! |---|---|---|
@@ -7,15 +7,15 @@
 //! | `mesh` | of a body's surface outside its collision shape, m | lowers distances like `calibration` |
 //! | `payload` | a body that may be on a link, with its mass or less, or none | efforts and powers with it and without it: they are linear in its mass |
 //!
-//! R bounds the velocity of the bodies per velocity of the joint, m/rad. A margin that is not given is zero, and the report says
-//! so. Not here: velocities and torques that tracking adds.
+//! R is a bound of the velocity of the bodies per velocity of the joint, m/rad. A margin that is not given is zero, and the
+//! report says so. Not here: velocities and torques that tracking errors add.
 
 use std::collections::BTreeMap;
 
 use linear_model::known_load::KnownLoad;
 use serde::{Deserialize, Serialize};
 
-/// A margin of all joints, or of joints by name, rad (m).
+/// A position margin, rad (m), for all joints or for joints by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointMargin {
@@ -41,34 +41,34 @@ impl JointMargin {
     }
 }
 
-/// The error margins; `None`: not given.
+/// The error margins of a robot. `None`: the margin is not given.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorMargins {
     /// Greatest error of an encoder's zero, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_zero: Option<JointMargin>,
-    /// Greatest distance of a joint from its set point, rad (m).
+    /// Greatest tracking error: distance of a joint from its set point, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tracking: Option<JointMargin>,
-    /// Greatest distance of a body point from its computed position, m.
+    /// Greatest calibration error: distance of a body point from its computed position, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<f64>,
-    /// Greatest distance of a body's surface outside its collision shape, m.
+    /// Greatest distance by which a body's surface exceeds its collision shape, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<f64>,
-    /// A payload that may be present.
+    /// A payload that the robot may carry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<KnownLoad>,
 }
 
-/// A joint with a smaller range counts as locked, rad (m): its range is not narrowed.
+/// A joint with a smaller position range, rad (m), counts as locked, so its range is not narrowed.
 const LOCKED_RANGE: f64 = 1e-6;
-/// Greatest accepted margin, rad or m: beyond every robot.
+/// Greatest accepted margin, rad or m: larger than any robot needs.
 const LARGEST_MARGIN: f64 = 10.0;
 
 impl ErrorMargins {
-    /// A description of the first margin that is out of range or names an unknown coordinate; `None` where all are valid.
+    /// Describes the first margin that is out of range or names an unknown coordinate. `None` if all margins are valid.
     pub fn fault(&self, names: &[String]) -> Option<String> {
         let joints = [("encoder_zero", &self.encoder_zero), ("tracking", &self.tracking)];
         let of_joints = joints.iter().flat_map(|(key, x)| x.iter().flat_map(|x| x.numbers()).map(|x| (*key, x)));
@@ -88,27 +88,27 @@ impl ErrorMargins {
         Some(format!("margins: payload: {fault}"))
     }
 
-    /// Greatest distance of each joint from the motion, rad (m).
+    /// Greatest position error of each joint, encoder zero plus tracking, rad (m).
     pub fn of_joints(&self, names: &[String]) -> Vec<f64> {
         names.iter().map(|name| self.of_joint(name)).collect()
     }
 
-    /// Greatest distance of one joint from the motion, rad (m).
+    /// Greatest position error of one joint, encoder zero plus tracking, rad (m).
     pub fn of_joint(&self, name: &str) -> f64 {
         [&self.encoder_zero, &self.tracking].into_iter().flatten().map(|margin| margin.of(name)).sum()
     }
 
-    /// The tracking error of a joint, where it is given, rad (m).
+    /// The tracking margin of a joint, rad (m). `None` if it is not given.
     pub fn tracking_of(&self, name: &str) -> Option<f64> {
         self.tracking.as_ref().map(|margin| margin.of(name))
     }
 
-    /// Greatest distance of a body point from its assumed position, m.
+    /// Greatest position error of a body point, calibration plus mesh, m.
     pub fn of_bodies(&self) -> f64 {
         self.calibration.unwrap_or(0.0) + self.mesh.unwrap_or(0.0)
     }
 
-    /// The margins for a check of a motion that was made with `self`: the greater of its own and of the user's margins.
+    /// The margins for the check of a motion: for each error the greater of `self`, the motion's own margins, and of `user`.
     pub fn held_to(&self, user: &ErrorMargins, names: &[String]) -> ErrorMargins {
         let joints = |own: &Option<JointMargin>, asked: &Option<JointMargin>| match (own, asked) {
             (Some(own), Some(asked)) => {
@@ -127,7 +127,7 @@ impl ErrorMargins {
         }
     }
 
-    /// Each margin by its name, with its values in words.
+    /// The name of each margin with its value in words; `None` if it is not given.
     pub fn words(&self) -> [(&'static str, Option<String>); 5] {
         let joints = |margin: &Option<JointMargin>| match margin {
             Some(JointMargin::Each(x)) => Some(format!("{x} rad (m)")),
@@ -151,7 +151,7 @@ impl ErrorMargins {
 
 /// Position limits narrowed by `by` at both ends, rad (m); the limits of a locked joint are unchanged.
 ///
-/// Fails where no range remains.
+/// Fails if no range remains.
 pub fn narrowed((low, high): (f64, f64), by: f64) -> Result<(f64, f64), String> {
     if by == 0.0 || high - low <= LOCKED_RANGE {
         return Ok((low, high));

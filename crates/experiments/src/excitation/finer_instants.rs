@@ -1,13 +1,13 @@
-//! Instants at a higher density than the instants of a search; every `factor`-th of them is an instant of the search.
+//! A finer grid of instants than the grid of a search: every `factor`-th instant of the finer grid is an instant of the search.
 //!
-//! They are numbered through the period, then through each blend including both its ends. The numbers give the neighbours: the
-//! period is cyclic, and a blend ends.
+//! The finer instants are numbered through the period, then through each blend including both ends of the blend. The period is
+//! cyclic, so each of its instants has two neighbours; the ends of a blend have only one.
 
 use crate::excitation::motion::MotionShape;
 use crate::excitation::problem::{Prepared, TORQUE_INSTANTS_PER_BLEND};
 
 impl Prepared<'_> {
-    /// The numbers of the instants of the search among the instants that are `factor` times as dense.
+    /// The numbers, in the finer grid, of the instants of the search.
     pub(super) fn own_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let blends = if self.problem.shape.blend() > 0.0 { 2 } else { 0 };
@@ -16,25 +16,25 @@ impl Prepared<'_> {
         (0..of_period).step_by(factor).chain(of_blends)
     }
 
-    /// Whether a finer instant is halfway between two instants of the search.
+    /// Whether finer instant number `at` is halfway between two instants of the search.
     pub(super) fn is_halfway(&self, at: usize, factor: usize) -> bool {
         let (of_period, of_blend) = self.finer_counts(factor);
         let local = if at < of_period { at } else { (at - of_period) % of_blend };
         local % factor == factor / 2
     }
 
-    /// All halfway instants.
+    /// The numbers of all finer instants halfway between two instants of the search.
     pub(super) fn halfway_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let half = factor as isize / 2;
         self.own_instants(factor).filter_map(move |at| self.neighbour(at, half, factor))
     }
 
-    /// Number of finer instants of the period, and of each blend including both its ends.
+    /// Number of finer instants in the period, and in each blend including both ends.
     fn finer_counts(&self, factor: usize) -> (usize, usize) {
         (factor * self.problem.samples, factor * (TORQUE_INSTANTS_PER_BLEND - 1) + 1)
     }
 
-    /// The finer instant `by` numbers after this one, cyclic in the period; `None` beyond the end of a blend.
+    /// The number of the finer instant `by` steps after `at`, cyclic in the period. `None` beyond the end of a blend.
     pub(super) fn neighbour(&self, at: usize, by: isize, factor: usize) -> Option<usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let moved = |local: usize| local as isize + by;
@@ -45,7 +45,7 @@ impl Prepared<'_> {
         usize::try_from(moved(local)).ok().filter(|i| *i < of_blend).map(|i| of_period + blend * of_blend + i)
     }
 
-    /// q, dq, ddq per unit of the coefficients at a finer instant: of the period, of the first blend, or of the last.
+    /// Basis rows of q, dq, ddq (per unit of the coefficients) at finer instant `at`, in the period or in a blend.
     pub(super) fn finer_instant(&self, at: usize, factor: usize) -> [Vec<f64>; 3] {
         let (of_period, of_blend) = self.finer_counts(factor);
         let shape = &self.problem.shape;
@@ -68,7 +68,7 @@ mod tests {
     use crate::excitation::search::tests::pendulum_limits;
     use crate::pendulum::Pendulum;
 
-    /// The instants of the search are among the finer ones; each has two neighbours, except at the ends of blends.
+    /// The instants of the search are in the finer grid; each has two neighbours, except the ends of blends.
     #[test]
     fn own_instants_are_among_the_finer_ones() {
         let (arm, limits) = (Pendulum::new(), [pendulum_limits()]);
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!((prepared.neighbour(0, -1, 4), prepared.neighbour(79, 1, 4)), (Some(79), Some(0)));
         assert_eq!((prepared.neighbour(80, -1, 4), prepared.neighbour(80, 60, 4)), (None, Some(140)));
         assert_eq!((prepared.neighbour(140, 1, 4), prepared.neighbour(141, -1, 4)), (None, None));
-        // Twenty in the period, fifteen in each blend.
+        // Twenty in the period and fifteen in each blend.
         assert_eq!(prepared.halfway_instants(4).count(), 50);
     }
 }

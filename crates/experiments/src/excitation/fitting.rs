@@ -1,7 +1,8 @@
-//! A motion found by a search is scaled down until its limits are proved.
+//! Scales a motion from a search down until its limits are proved.
 //!
-//! A search checks limits at its samples only. A motion that exceeds one between them is scaled down about its centre, by the
-//! excess, and proved again. Where the centre keeps its distances, a smaller motion keeps them with more margin.
+//! A search checks limits only at its samples. If the motion exceeds a limit between them, its swing about the centre is divided
+//! by the excess, and the limits are proved again. If the distances at the centre are sufficient, a smaller motion has greater
+//! distances.
 
 use numerics::interruption::Interruption;
 
@@ -12,32 +13,32 @@ use crate::excitation::proof::{CertificateRow, LimitProof, NominalTorque, prove_
 use crate::excitation::sampled_drives::sampled_excess;
 use crate::excitation::trajectory::Trajectory;
 
-/// Proofs of a motion, at most.
+/// Greatest number of rounds of proof and scaling.
 const MAX_PROOF_ROUNDS: usize = 16;
-/// Greatest factor of the swing after a torque is not proved.
+/// Greatest factor of the swing in a round in which a torque or power is not proved.
 const MAX_TORQUE_SCALE: f64 = 0.996;
-/// Factor of the swing after a distance is not proved.
+/// Factor of the swing in a round in which a distance is not proved.
 const DISTANCE_SCALE: f64 = 0.97;
 /// Least factor of the swing in one round.
 const MIN_SCALE: f64 = 0.5;
 /// Relative margin to a joint limit after scaling.
 const JOINT_LIMIT_MARGIN: f64 = 1e-6;
 
-/// The limits that a motion must keep.
+/// The limits that a motion must keep, and the data for their proof.
 #[derive(Clone, Copy)]
 pub struct Obligations<'a> {
-    /// Limits, one per coordinate.
+    /// Kinematic and drive limits, one per coordinate.
     pub limits: &'a [CoordinateLimits],
     /// Names of the coordinates.
     pub names: &'a [String],
-    /// Torques, where the description determines them.
+    /// The nominal torque; `None`: the description does not determine it, so torques are not checked.
     pub torque: Option<&'a NominalTorque<'a>>,
-    /// Distances, where the description has bodies.
+    /// The bodies; `None`: the description has no bodies, so distances are not checked.
     pub surroundings: Option<&'a dyn Surroundings>,
 }
 
 impl Obligations<'_> {
-    /// The certificate of a motion: every limit with its proof.
+    /// Proves every limit of a trajectory: the rows of its certificate.
     pub fn certificate(&self, course: &dyn Trajectory) -> Vec<CertificateRow> {
         let mut rows = prove_motion(course, self.limits, self.names);
         rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(course, s)));
@@ -52,12 +53,12 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
 
 /// A motion that was scaled down until its limits were proved, or until the last round.
 pub struct Fitted {
-    /// The motion.
+    /// The scaled motion.
     pub motion: Motion,
-    /// Every limit with its proof.
+    /// Every limit of `motion` with its proof.
     pub certificate: Vec<CertificateRow>,
-    /// The greatest ratio of a torque or power to its limit before the first scaling for it, from instants or from an
-    /// unsuccessful proof; 1 where all were proved at once.
+    /// The greatest ratio of a torque or power to its limit, before the first scaling because of torques: from sampled instants
+    /// or an unsuccessful proof. 1 if no such scaling was needed.
     pub beyond: f64,
 }
 
@@ -91,7 +92,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
             let certificate = [rows, gaps, torques].concat();
             return Fitted { motion, certificate, beyond: first_beyond.unwrap_or(1.0) };
         }
-        // The excess is attributed to accelerations and squared velocities; gravity torques hardly change with the scale.
+        // The excess comes from accelerations and squared velocities; gravity torques hardly change with the scale.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
         first_beyond.get_or_insert(excess);
         shrink(&mut motion, excess.sqrt().recip().clamp(MIN_SCALE, MAX_TORQUE_SCALE));
@@ -104,7 +105,7 @@ fn shrink(motion: &mut Motion, factor: f64) {
     motion.joints.iter_mut().for_each(|joint| *joint = scaled(joint, factor, joint[0]));
 }
 
-/// Scales the swing of each joint down by the excess in its rows.
+/// Scales the swing of each joint down until it keeps the joint limits that are not proved in `rows`.
 fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
     let per_joint = LimitKind::KINEMATIC.len();
     for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
@@ -113,7 +114,7 @@ fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &
         for row in rows.iter().filter(|r| r.kept != LimitProof::Proven) {
             let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(MIN_SCALE, 1.0) * (1.0 - JOINT_LIMIT_MARGIN);
             *joint = match row.limit {
-                // The centre moves towards the middle of the position limits too.
+                // The centre also moves towards the middle of the position limits.
                 LimitKind::Position => {
                     let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
                     scaled(joint, factor, middle + factor * (joint[0] - middle))
@@ -155,7 +156,7 @@ mod tests {
         assert!(rows.iter().all(|r| r.kept == LimitProof::Proven) && rows.len() == 5, "{rows:?}");
         assert!(held.joints[0][1] < free.joints[0][1] && held.joints[0][1] > 0.3);
 
-        // Where the centre violates a limit, the motion stays unproven, and the certificate says so.
+        // If the centre violates a limit, the motion stays unproven, and the certificate says so.
         let rod = Rod::new(0.1);
         let with_rod = Obligations { surroundings: Some(&rod), ..alone };
         let Fitted { motion: held, certificate: rows, .. } = fitted(held, &with_rod);

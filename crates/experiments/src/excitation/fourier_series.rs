@@ -4,13 +4,13 @@
 //! q(t) = c + sum_l a_l / (w l) sin(w l t) - b_l / (w l) cos(w l t),   l = 1 .. H,   w = 2 pi / T
 //! ```
 //! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of the velocity. A blend
-//! of D seconds leads from rest to the series, and another one from the series to rest. Each is a polynomial of at most fifth
-//! degree. At one end it has the position, velocity and acceleration of the series; at the other end velocity and acceleration
-//! are zero. The first one starts at the position s = q(0) - D v/2 + D^2 a/12, for which its term of fifth degree vanishes. Its
-//! control points (Bernstein) are s, s, s, q(0) - D v/4, q(0). So the acceleration is continuous and the jerk bounded. Every
-//! quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
+//! of D seconds leads from rest to the series, and another one from the series to rest. Each blend is a polynomial of at most
+//! fifth degree. At one end it has the position, velocity and acceleration of the series; at the other end velocity and
+//! acceleration are zero. The first blend starts at the position s = q(0) - D v/2 + D^2 a/12, for which the term of fifth degree
+//! vanishes. Its Bernstein control points are s, s, s, q(0) - D v/4, q(0). The acceleration is continuous and the jerk is
+//! bounded. Every quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
 
-/// The Fourier series of a motion.
+/// Period, blends and number of harmonics of a Fourier series motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierSeries {
     /// Period T, s.
@@ -22,7 +22,7 @@ pub struct FourierSeries {
 }
 
 impl FourierSeries {
-    /// The k-th derivative of the series at `t` (s from the start of a period) per unit of (c, a_1, b_1, ..).
+    /// The k-th derivative of the series at time `t`, s from the start of a period: the factors of (c, a_1, b_1, ..).
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         let w = std::f64::consts::TAU / self.period;
         let mut row = vec![f64::from(u8::from(k == 0))];
@@ -42,7 +42,8 @@ impl FourierSeries {
         row
     }
 
-    /// The control points of the k-th derivative of a blend, per unit of (c, a_1, b_1, ..): degree 4 - k, k at most 3.
+    /// Bernstein control points of the k-th derivative of a blend (degree 4 - k, k <= 3): for each, the factors of (c, a_1, b_1,
+    /// ..).
     pub(crate) fn blend_control(&self, k: usize, is_start: bool) -> Vec<Vec<f64>> {
         let blend = self.blend;
         let [q, v, a] = [0, 1, 2].map(|k| self.row(0.0, k));
@@ -62,13 +63,13 @@ impl FourierSeries {
         points
     }
 
-    /// The k-th derivative of a blend at its share u in [0, 1], per unit of (c, a_1, b_1, ..).
+    /// The k-th derivative of a blend at the fraction u in [0, 1] of its duration: the factors of (c, a_1, b_1, ..).
     pub(crate) fn blend_row(&self, k: usize, is_start: bool, u: f64) -> Vec<f64> {
         casteljau(self.blend_control(k, is_start), u)
     }
 }
 
-/// The value at u in [0, 1] of the polynomial with these control points, by de Casteljau.
+/// The value at u in [0, 1] of the Bernstein polynomial with these control points, by de Casteljau's algorithm.
 fn casteljau(mut points: Vec<Vec<f64>>, u: f64) -> Vec<f64> {
     while points.len() > 1 {
         let between =

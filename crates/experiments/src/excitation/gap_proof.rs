@@ -1,11 +1,11 @@
 //! The proof that the bodies of a robot keep their distances along a motion, also between the samples.
 //!
-//! On an interval of the motion every coordinate stays within s of q(t), t the middle of the interval, by the enclosures of
-//! [`crate::excitation::enclosure`]. The distance there is at least the distance at q(t) minus the motion of the bodies by the
-//! joints. This is a Lipschitz bound with the range of the joints, which the surroundings provide. An interval is halved until
-//! the bound is above the limit. The proof follows from the motion, the limits and the description alone.
+//! On an interval of time with middle t, the enclosures of [`crate::excitation::enclosure`] bound how far every coordinate moves
+//! away from q(t). The distance on the interval is at least the distance at q(t) minus the motion of the bodies by the joints: a
+//! Lipschitz bound, which the surroundings compute. An interval is halved until the bound is above the limit. The proof follows
+//! from the motion, the limits and the description alone.
 //!
-//! Not here: the bodies and their distances.
+//! Not here: the shapes of the bodies and the computation of distances.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -18,18 +18,18 @@ use crate::excitation::limits::LimitKind;
 use crate::excitation::proof::{CertificateRow, LimitProof};
 use crate::excitation::trajectory::Trajectory;
 
-/// A distance with a lower bound.
+/// A pair of bodies (or a body and a region) whose distance has a lower bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// Distance of two links, or region of one link.
+    /// Kind: distance of two links, or region of one link.
     pub limit: LimitKind,
     /// The two sides: `forearm and base`, or `forearm at the floor`.
     pub subject: String,
     /// Lower bound of the distance, m.
     pub bound: f64,
-    /// Share of the bound for errors of joints and bodies, m.
+    /// The share of `bound` that covers errors of joints and bodies, m.
     pub margin: f64,
-    /// Distance above the bound that a search keeps, for the motion of bodies between its instants, m.
+    /// Distance above the bound that a search keeps, because bodies move between its instants, m.
     pub reserve: f64,
     /// The moving links of both sides, by name.
     pub carriers: [String; 2],
@@ -42,16 +42,16 @@ impl Gap {
     }
 }
 
-/// The size of a gap at a configuration and near it.
+/// The distance of a gap at a configuration, and its lower bound near it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GapSize {
-    /// Distance at the configuration, m; negative where bodies overlap.
+    /// Distance at the configuration, m; negative if bodies overlap.
     pub reached: f64,
     /// Lower bound of the distance near the configuration, m.
     pub at_least: f64,
 }
 
-/// Data that [`Surroundings::near`] keeps from one call to the next; only the surroundings know their type.
+/// Data that [`Surroundings::near`] keeps from one call to the next. Only the implementation of `Surroundings` knows their type.
 pub type GapCache = Option<Box<dyn Any + Send>>;
 
 /// The gaps between the bodies of a robot and its environment.
@@ -59,29 +59,29 @@ pub trait Surroundings: Sync {
     /// The gaps, in a fixed order.
     fn gaps(&self) -> &[Gap];
 
-    /// The gaps `which` at `q`, and lower bounds while each coordinate stays within `spread` of `q`, rad (m).
+    /// The distances of the gaps `which` at `q`, with lower bounds while each coordinate stays within `spread` of `q`, rad (m).
     fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize>;
 
-    /// Visits every two solids with a distance above their bound of less than `within`, m.
+    /// Visits every pair of solids whose distance exceeds its bound by less than `within`, m.
     ///
-    /// `each` receives their gap, the distance above the bound, m, and its derivative by each coordinate, m/rad (m/m). `known`:
-    /// data of the previous call at the same instant of a motion, which saves most of the work; `None` at first.
+    /// `each` receives the index of the gap, the distance above the bound, m, and its derivative by each coordinate, m/rad (m/m).
+    /// `known`: data of the previous call at the same instant of a motion, which save most of the work; `None` in the first call.
     fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// A shorter interval is not halved, s: no body moves by a micrometre in it.
+/// Intervals shorter than this are not halved, s: no body moves by a micrometre in it.
 const SHORTEST_PART_S: f64 = 1e-7;
-/// Greatest number of evaluated distances beyond the first intervals. What is not proved by then stays unproven.
+/// Greatest number of evaluated distances in addition to the first intervals. A gap that is not proved by then stays unproven.
 const MAX_DISTANCES: usize = 1_000_000;
 
-/// The least distance of a gap along the motion: found, at which time, and proved.
+/// The least distance of a gap along the motion: the least found value, its time, and the proved lower bound, m and s.
 struct Least {
     reached: f64,
     time: f64,
     proved: f64,
 }
 
-/// Evaluates the ends of the trajectory: a gap that is violated there needs no proof elsewhere.
+/// Evaluates the gaps at both ends of the trajectory: a gap that is violated there needs no proof elsewhere.
 fn reach_ends(course: &dyn Trajectory, surroundings: &dyn Surroundings, all: &[usize], found: &mut [Least]) {
     let stretches = course.stretches();
     let first = stretches.first().map(|s| (0, 0.0, s.start));
@@ -96,7 +96,7 @@ fn reach_ends(course: &dyn Trajectory, surroundings: &dyn Surroundings, all: &[u
     }
 }
 
-/// The certificate rows of the gaps, in their order.
+/// Proves the distances along a trajectory: one certificate row per gap, in the order of the gaps.
 pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let (enclosed, stretches, interruption) = (course.enclosed(), course.stretches(), Interruption::here());
@@ -110,7 +110,8 @@ pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> V
         let at = |k: usize| {
             if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }
         };
-        // Wide intervals first: a violation is found before a neighbouring interval is halved many times.
+        // First in, first out, so wide intervals come first: a violation is found before a neighbouring interval is halved many
+        // times.
         let mut left: VecDeque<(Interval, Vec<usize>)> =
             (0..stretch.parts).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop_front() {
@@ -175,7 +176,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::excitation::motion::tests::motions;
 
-    /// A body at the end of a rod of length 1 m that the first coordinate turns, with a wall at y = `height`.
+    /// A body at the end of a rod of length 1 m, which the first coordinate rotates, with a wall at y = `height`.
     pub(crate) struct Rod {
         pub(crate) height: f64,
         pub(crate) gaps: [Gap; 1],

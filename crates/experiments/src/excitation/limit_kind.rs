@@ -37,7 +37,7 @@ impl LimitKind {
     /// All kinds, in the order of a certificate.
     pub const ALL: [LimitKind; 8] = [Position, Velocity, Acceleration, Jerk, Distance, Region, Effort, Power];
 
-    /// The name of the kind.
+    /// The name of the kind, in messages.
     pub fn word(self) -> &'static str {
         match self {
             Position => "position",
@@ -51,7 +51,7 @@ impl LimitKind {
         }
     }
 
-    /// The unit; both units where it is not known whether the joint slides: `rad (m)`.
+    /// The unit of the limited quantity. `None`: it is not known whether the joint slides, so both units are given: `rad (m)`.
     pub fn unit_of(self, is_prismatic: Option<bool>) -> String {
         let (turns, slides) = (self.unit(false), self.unit(true));
         match is_prismatic {
@@ -61,7 +61,7 @@ impl LimitKind {
         }
     }
 
-    /// The unit for a joint that turns or slides.
+    /// The unit of the limited quantity for a revolute or a prismatic joint.
     pub fn unit(self, is_prismatic: bool) -> &'static str {
         match (self, is_prismatic) {
             (Position, false) => "rad",

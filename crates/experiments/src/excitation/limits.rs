@@ -1,4 +1,4 @@
-//! The limits of each coordinate: from the description, tightened by a file, or assumed where both have none.
+//! The limits of each coordinate: from the description, tightened by a limits file, or assumed if neither has the limit.
 //!
 //! | limit | of the description | assumed (slides) |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 //! | effort | yes | unknown: not checked |
 //! | power | no | none |
 //!
-//! A file can only tighten the limits of the description. Not here: boxes, floors, collisions of the arm with itself
+//! A file can only tighten the limits of the description. Not here: limits of bodies, such as boxes, floors and self-collision
 //! ([`crate::excitation::space_limits`]).
 
 use std::collections::BTreeMap;
@@ -22,7 +22,7 @@ use crate::excitation::error_margins::ErrorMargins;
 pub use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::space_limits::SpaceLimits;
 
-/// The limits of the motion of one coordinate: rad and s (m and s where it slides), N m (N), W.
+/// The limits of the motion of one coordinate, in rad (m if the joint is prismatic), s, N m (N) and W.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoordinateLimits {
@@ -40,13 +40,13 @@ pub struct CoordinateLimits {
     /// Greatest power of the drive, driving and braking, W. None: not limited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<f64>,
-    /// Constant position of a locked coordinate, rad (m).
+    /// Constant position of a locked coordinate, rad (m). `None`: the coordinate moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub locked: Option<f64>,
 }
 
 impl CoordinateLimits {
-    /// Least and greatest value that a limit allows; `None` where there is no limit.
+    /// Least and greatest allowed value of a quantity. `None` if it is not limited.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let symmetric = |x: f64| Some((-x, x));
         match kind {
@@ -56,20 +56,20 @@ impl CoordinateLimits {
             LimitKind::Jerk => symmetric(self.jerk),
             LimitKind::Effort => self.effort.and_then(symmetric),
             LimitKind::Power => self.power.and_then(symmetric),
-            // Limits of links, not of a coordinate.
+            // These are limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         }
     }
 
-    /// The velocity within the limit that is reachable with the acceleration and the position range, rad/s (m/s); the limit of a
-    /// gripper may be ten times as large. At least a twentieth of the limit is returned: a slower joint hardly moves and
-    /// identifies nothing.
+    /// The greatest velocity that the joint can reach, rad/s (m/s), from its limits of acceleration and position range; at most
+    /// its velocity limit, which for a gripper may be ten times as large. At least a twentieth of that limit, because a slower
+    /// joint identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
         (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)
     }
 
-    /// The reason why no motion can keep these limits; `None` where one can.
+    /// The reason why no motion can keep these limits; `None` if a motion can.
     pub fn fault(&self) -> Option<String> {
         let (low, high) = self.position;
         if !(low.is_finite() && high.is_finite() && low < high) {
@@ -95,7 +95,7 @@ impl CoordinateLimits {
     }
 }
 
-/// Limits that a file requests for one coordinate, or for all.
+/// Limits that a limits file requests for one coordinate, or for all coordinates. `None`: not requested.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AskedLimits {
@@ -113,33 +113,33 @@ pub struct AskedLimits {
     pub power: Option<f64>,
     /// Constant position of a locked coordinate, rad (m).
     pub locked: Option<f64>,
-    /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
+    /// Slow-down factor s, 0 < s <= 1: multiplies the limits of velocity by s, of acceleration by s^2, of jerk by s^3.
     pub slowed: Option<f64>,
 }
 
-/// Smallest limit of velocity, rad/s (m/s): a slower joint would need 70 days for a turn, and a search would not end.
+/// Smallest accepted limit of velocity, rad/s (m/s): a slower joint would need 70 days for a turn, and a search would not end.
 const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
-/// Positions beyond count as no limits, rad (m): some files use 1e16 for a missing limit.
+/// A position limit beyond this counts as no limit, rad (m): some files use 1e16 for a missing limit.
 pub const FARTHEST_POSITION: f64 = 1e3;
-/// Velocities beyond count as no limit, rad/s (m/s): with products of such a velocity the gravity terms are lost to rounding.
+/// A velocity limit above this counts as no limit, rad/s (m/s): products with such a velocity lose the gravity terms to rounding.
 pub const FASTEST_VELOCITY: f64 = 1e4;
-/// Half the position range of a locked joint, rad (m): for rounding.
+/// Half the position range of a locked joint, rad (m); it covers rounding.
 const LOCKED_HALF_RANGE: f64 = 1e-9;
-/// Least share of the velocity limit that counts as reachable.
+/// Least reachable velocity as a share of the velocity limit.
 const LEAST_VELOCITY_SHARE: f64 = 0.05;
-/// Time in which the assumed acceleration reaches the velocity, s.
+/// Time from rest to the velocity limit with the assumed acceleration, s.
 const ACCELERATING_TIME_S: f64 = 0.3;
-/// Time in which the assumed jerk reaches the acceleration, s.
+/// Time from zero to the acceleration limit with the assumed jerk, s.
 const JERK_TIME_S: f64 = 0.05;
 
-/// Whether a joint is continuous: a position limit is beyond [`FARTHEST_POSITION`].
+/// Whether a joint is continuous, that is, a position limit is beyond [`FARTHEST_POSITION`].
 fn is_unlimited((low, high): (f64, f64)) -> bool {
     low < -FARTHEST_POSITION || high > FARTHEST_POSITION
 }
 
 impl AskedLimits {
-    /// Locks the joint where both positions are equal.
+    /// Locks the joint if both position limits are equal.
     fn with_still_joint(self) -> AskedLimits {
         match self.position {
             Some((low, high)) if low == high => {
@@ -150,8 +150,8 @@ impl AskedLimits {
         }
     }
 
-    /// The usable limits of a description. Positions beyond [`FARTHEST_POSITION`] count as no limits, and a joint with two equal
-    /// positions is locked there.
+    /// The usable limits of a description. Position limits beyond [`FARTHEST_POSITION`] are ignored. A joint with two equal
+    /// position limits is locked there.
     pub fn of_description(described: &Limits) -> AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
         let found = AskedLimits {
@@ -164,7 +164,7 @@ impl AskedLimits {
         found.with_still_joint()
     }
 
-    /// Least and greatest value that a limit allows; `None` where there is no limit.
+    /// Least and greatest allowed value of a quantity. `None` if it is not limited.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let size = match kind {
             LimitKind::Position => return self.position,
@@ -173,14 +173,14 @@ impl AskedLimits {
             LimitKind::Jerk => self.jerk,
             LimitKind::Effort => self.effort,
             LimitKind::Power => self.power,
-            // Limits of links, not of a coordinate.
+            // These are limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         };
         size.map(|x| (-x, x))
     }
 }
 
-/// The contents of the file of `--limits`.
+/// The contents of the file of the option `--limits`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsFile {
@@ -188,9 +188,9 @@ pub struct LimitsFile {
     pub all: AskedLimits,
     /// Limits of single coordinates, by name.
     pub coordinates: BTreeMap<String, AskedLimits>,
-    /// Regions of the bodies; `None`: the defaults.
+    /// Regions that the bodies must stay in; `None`: the defaults.
     pub space: Option<SpaceLimits>,
-    /// Error margins of the robot with respect to its description and its plan.
+    /// Error margins: how far the robot may differ from its description and its plan.
     pub margins: ErrorMargins,
 }
 
@@ -204,7 +204,7 @@ impl LimitsFile {
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
-    /// Fails where the file names an unknown coordinate, or has a margin out of range.
+    /// Fails if the file names an unknown coordinate or has a margin out of range.
     pub fn check_names(&self, names: &[String]) -> Result<(), String> {
         if let Some(unknown) = self.coordinates.keys().find(|name| !names.contains(name)) {
             return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
@@ -212,15 +212,15 @@ impl LimitsFile {
         self.margins.fault(names).map_or(Ok(()), Err)
     }
 
-    /// The limits in the file for a coordinate of this name.
+    /// The limits that the file requests for this coordinate.
     pub fn of(&self, coordinate: &str) -> AskedLimits {
         self.coordinates.get(coordinate).cloned().unwrap_or_default()
     }
 }
 
-/// The limits of the coordinates, and the assumptions made for them, in sentences.
+/// The limits of all coordinates, and sentences on the limits that had to be assumed.
 ///
-/// Fails where the file names an unknown coordinate, is looser than the description, or no range remains.
+/// Fails if the file names an unknown coordinate or is looser than the description, or if no position range remains.
 pub fn motion_limits(
     names: &[String],
     is_prismatic: impl Fn(usize) -> bool,
@@ -247,14 +247,14 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
-/// The assumed greatest distance from zero, rad (m), and the assumed velocity, rad/s (m/s), of a coordinate.
+/// Assumed values for a coordinate without limits: greatest distance from zero, rad (m), and velocity, rad/s (m/s).
 pub(crate) fn assumed(is_prismatic: bool) -> (f64, f64) {
     if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) }
 }
 
-/// The limit of the limits file, or else of the description; `None` where both have none.
+/// The limit of the limits file, or else of the description; `None` if both have none.
 ///
-/// Fails where the limit of the file is looser.
+/// Fails if the limit of the file is looser.
 fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
     match (described, asked) {
         (Some(d), Some(a)) if a > d => {
@@ -264,9 +264,9 @@ fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result
     }
 }
 
-/// The limits of a coordinate from a file and the description, slowed down as the file requests; nothing is assumed.
+/// The limits of a coordinate from a limits file and the description, slowed down if the file requests it. No limit is assumed.
 ///
-/// Fails where the file is looser than the description.
+/// Fails if the file is looser than the description.
 pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
     let described = AskedLimits::of_description(described);
     let asked_position = own.position.or(all.position);
@@ -281,7 +281,7 @@ pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result
         }
         (described, asked) => asked.or(described),
     };
-    // Slowing a motion by s multiplies the velocity by s, the acceleration by s^2, the jerk by s^3.
+    // Slowing a motion down by the factor s multiplies the velocity by s, the acceleration by s^2, the jerk by s^3.
     let slowed = own.slowed.or(all.slowed);
     let factor = slowed.unwrap_or(1.0);
     if !(factor > 0.0 && factor <= 1.0) {
@@ -328,7 +328,7 @@ fn one(
         })
     };
     let (far, fast) = assumed(is_prismatic);
-    // Assumed limits follow from the limits before they are slowed down.
+    // Assumed limits are computed from limits that are not yet slowed down.
     let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
     let quick = velocity / factor / ACCELERATING_TIME_S;
     let acceleration = or_assumed(LimitKind::Acceleration, given.acceleration, quick, 2);
@@ -375,7 +375,7 @@ mod tests {
         let (limits, notes) =
             found("coordinates: {q1: {velocity: 1.5, slowed: 0.5}, q2: {locked: 0.1, effort: 7}}").unwrap();
         assert_eq!((limits[0].position, limits[0].velocity, limits[0].effort), ((-2.0, 2.0), 0.75, Some(10.0)));
-        // 1.5 / 0.3 = 5, times 0.5^2; 5 / 0.05 = 100, times 0.5^3.
+        // The acceleration is 1.5 / 0.3 = 5, times 0.5^2; the jerk is 5 / 0.05 = 100, times 0.5^3.
         assert!((limits[0].acceleration - 1.25).abs() < 1e-12 && (limits[0].jerk - 12.5).abs() < 1e-12);
         assert_eq!((limits[1].position, limits[1].locked, limits[1].effort), ((-0.25, 0.25), Some(0.1), Some(7.0)));
         assert!(notes.iter().any(|n| n == "q2: no limits of position given, +-0.25 m assumed"), "{notes:?}");

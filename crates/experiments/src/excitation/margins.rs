@@ -11,9 +11,9 @@ use crate::excitation::stopping::{StoppingMotions, stops};
 use crate::excitation::trajectory::Trajectory;
 use claims::{LeftOut, LeftOutTopic};
 
-/// Position limits narrowed by the greatest distance of each joint from the motion.
+/// The position limits narrowed by the greatest position error of each joint.
 ///
-/// Fails where no position range of a joint remains.
+/// Fails if no position range of a joint remains.
 pub fn with_margins(
     margins: &ErrorMargins,
     names: &[String],
@@ -30,34 +30,35 @@ pub fn with_margins(
     limits.iter().zip(names).zip(margins.of_joints(names)).map(one).collect()
 }
 
-/// The limits of a joint from description and user, with positions narrowed by its greatest distance from the motion, rad (m).
+/// Narrows the position limits of a joint by `by`, its greatest position error, rad (m). The other limits are unchanged.
 ///
-/// Fails where no range remains.
+/// Fails if no range remains.
 pub fn asked_with_margins(asked: AskedLimits, by: f64) -> Result<AskedLimits, String> {
     let position = asked.position.map(|position| narrowed(position, by)).transpose()?;
     Ok(AskedLimits { position, ..asked })
 }
 
-/// The meaning of a certificate, in words.
+/// The meaning of a certificate for users, in words.
 pub const STATEMENT: &str = "a proof of planning, and no safety function";
 
-/// The margins of a certificate.
+/// The margins that a certificate covers or assumes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Margins {
     /// The error margins that the rows cover; a margin that is not given is assumed to be zero.
     pub errors: ErrorMargins,
-    /// Greatest distance of a body's surface outside the hull of its mesh, m, with its link; none: no mesh. The rows cover it.
+    /// Greatest distance by which a body's surface exceeds the hull of its mesh, m, with the name of its link; the rows cover it.
+    /// `None`: no mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
-    /// The distance and time of stopping from any instant.
+    /// The distance and time of stopping, from any instant of the motion.
     pub stopping: StoppingMotions,
-    /// The meaning of the certificate.
+    /// The meaning of the certificate for users, in words.
     pub statement: String,
 }
 
 impl Margins {
-    /// The margins of a certificate along a trajectory, with the greatest error of a mesh.
+    /// Computes the margins of a certificate along a trajectory. `mesh`: the greatest error of a mesh, m, with its link.
     pub fn new(
         positions: &dyn Trajectory,
         rows: &[CertificateRow],
@@ -70,7 +71,7 @@ impl Margins {
         Margins { errors: errors.clone(), mesh, stopping, statement: STATEMENT.into() }
     }
 
-    /// The margins in lines.
+    /// The margins as text for users.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for (name, given) in self.errors.words() {
@@ -89,14 +90,14 @@ impl Margins {
     }
 }
 
-/// The margins that are assumed to be zero, as an omitted check; `None` where all are given.
+/// The margins that are not given and thus assumed to be zero, as an omitted check. `None` if all are given.
 pub fn left_out(errors: &ErrorMargins) -> Option<LeftOut> {
     let missing: Vec<&str> = errors.words().into_iter().filter(|(_, x)| x.is_none()).map(|(key, _)| key).collect();
     let what = format!("{} 0 (margins of a limits file give them)", is_listed(&missing));
     (!missing.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Margin, vec![], what, "default"))
 }
 
-/// `a is`, `a and b are`, `a, b and c are`.
+/// A list of names with its verb: `a is`, `a and b are`, `a, b and c are`.
 fn is_listed(names: &[&str]) -> String {
     match names {
         [] => String::new(),
@@ -169,14 +170,14 @@ mod tests {
             let room = found.stopping.positions.as_ref().unwrap();
             let expected = rooms[0].min(rooms[1]);
             assert!(room.room <= expected + 1e-9 && room.room > expected - 0.1, "{room:?} {rooms:?}");
-            // The wall is beyond the box of stopping.
+            // The wall is farther away than the bodies can move while stopping.
             let bodies = found.stopping.bodies.as_ref().unwrap();
             assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
             let text = found.text();
             let whole =
                 ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT];
             assert!(whole.iter().all(|said| text.contains(said)), "{text}");
-            // Limits at the extremes of the motion do not cover stopping, and neither does a wall there.
+            // Limits at the extremes of the motion leave no room for stopping, and a wall there leaves none either.
             let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
             let near_rod = Rod::new(height - 1e-3);
             let obligations = Obligations { limits: &near, names: &names, torque: None, surroundings: Some(&near_rod) };

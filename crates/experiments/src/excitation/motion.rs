@@ -1,8 +1,7 @@
 //! A motion of all joints from rest to rest: a sum of basis functions.
-//!
-//! q_i(t) = c_i + sum_j x_ij f_j(t): the functions of a Fourier series ([`crate::excitation::fourier_series`]) or of a quintic
-//! spline ([`crate::excitation::quintic_spline`]), the same for all coordinates. c_i is the centre of coordinate i. Every
-//! quantity is linear in (c, x_1, x_2, ..).
+//! q_i(t) = c_i + sum_j x_ij f_j(t): c_i is the centre of coordinate i. The basis functions f_j are equal for all coordinates;
+//! they come from a Fourier series ([`crate::excitation::fourier_series`]) or a quintic spline
+//! ([`crate::excitation::quintic_spline`]). Every quantity is linear in (c, x_1, x_2, ..).
 
 use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::limits::CoordinateLimits;
@@ -12,14 +11,14 @@ use crate::motion::reference_motion::Reference;
 /// The basis functions of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionShape {
-    /// Whole periods of a series, between blends.
+    /// Whole periods of a Fourier series, between two blends.
     Fourier(FourierSeries),
-    /// From rest to rest, once per repetition.
+    /// A quintic spline from rest to rest, once per repetition.
     Spline(QuinticSpline),
 }
 
 impl MotionShape {
-    /// Number of coefficients of a coordinate, including the centre.
+    /// Number of coefficients per coordinate, including the centre.
     pub fn size(&self) -> usize {
         match self {
             MotionShape::Fourier(series) => 2 * series.harmonics + 1,
@@ -27,7 +26,7 @@ impl MotionShape {
         }
     }
 
-    /// Duration of the repeated segment, s.
+    /// Duration of one repetition, s: a period of the series, or the whole spline.
     pub fn period(&self) -> f64 {
         match self {
             MotionShape::Fourier(series) => series.period,
@@ -35,7 +34,7 @@ impl MotionShape {
         }
     }
 
-    /// Duration from rest to the repeated segment, and from it back to rest, s.
+    /// Duration of the blend from rest to the series, and of the blend back to rest, s; zero for a spline.
     pub fn blend(&self) -> f64 {
         match self {
             MotionShape::Fourier(series) => series.blend,
@@ -43,7 +42,7 @@ impl MotionShape {
         }
     }
 
-    /// The k-th derivative per unit of the coefficients at `t` s from the start of a period; k at most 3.
+    /// The k-th derivative (k <= 3) at `t` s from the start of a period: the factors of the coefficients (c, x_1, x_2, ..).
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         match self {
             MotionShape::Fourier(series) => series.row(t, k),
@@ -61,11 +60,11 @@ impl MotionShape {
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
     }
 
-    /// The metric of the coefficients in these units.
+    /// The metric of the coefficients in the units of [`MotionShape::units`], m x m.
     ///
-    /// The squared norm of a swing at the greatest velocity, or by half the position range, is about 1. For a series the metric
-    /// is the identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count`
-    /// instants, v the limit of velocity. A fast swing of the control points then has the norm of a fast harmonic.
+    /// A swing at the greatest velocity, or by half the position range, has a squared norm of about 1. For a series the metric is
+    /// the identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count` instants, v
+    /// the limit of velocity. A fast swing of the control points then has the norm of a fast harmonic.
     pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
         let m = self.size();
         let mut metric = vec![0.0; m * m];
@@ -88,7 +87,7 @@ impl MotionShape {
         metric
     }
 
-    /// Rows of the k-th derivative at `count` instants of a period, and at these positions in [0, 1] of each blend.
+    /// Rows of the k-th derivative at `count` instants of a period, and at the fractions `of_blends`, in [0, 1], of each blend.
     pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
         let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);
         let mut rows: Vec<Vec<f64>> = (0..count).map(of_period).collect();
@@ -100,7 +99,7 @@ impl MotionShape {
         rows
     }
 
-    /// Control points whose hull encloses the k-th derivative of the blends, the start blend first.
+    /// Bernstein control points whose hull encloses the k-th derivative of the blends, the start blend first. Empty for a spline.
     pub(crate) fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
             MotionShape::Fourier(series) => {
@@ -114,9 +113,9 @@ impl MotionShape {
 /// A motion of all joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// Rate of the played file, Hz.
+    /// Sample rate of the file that a controller plays, Hz.
     pub rate: f64,
-    /// Number of whole periods.
+    /// Number of repetitions of the period.
     pub repetitions: usize,
     /// The basis functions.
     pub shape: MotionShape,
@@ -124,7 +123,7 @@ pub struct Motion {
     pub joints: Vec<Vec<f64>>,
 }
 
-/// The coefficients of a coordinate with its swing about `centre` times `factor`.
+/// The coefficients after the swing is multiplied by `factor` and the centre is replaced by `centre`.
 pub fn scaled(coefficients: &[f64], factor: f64, centre: f64) -> Vec<f64> {
     let swing = coefficients.iter().skip(1).map(|x| factor * x);
     std::iter::once(centre).chain(swing).collect()
@@ -136,7 +135,8 @@ impl Motion {
         2.0 * self.shape.blend() + self.repetitions as f64 * self.shape.period()
     }
 
-    /// Position, velocity, acceleration, jerk of each coordinate at t s after the start; at rest before and after.
+    /// Position, velocity, acceleration and jerk of each coordinate at `t` s after the start. Before and after the motion the
+    /// robot is at rest.
     pub fn at(&self, t: f64) -> Vec<[f64; 4]> {
         let series = self.repetitions as f64 * self.shape.period();
         let rows: [Vec<f64>; 4] = match self.shape {
@@ -159,7 +159,7 @@ impl Motion {
         self.joints.iter().map(of).collect()
     }
 
-    /// The motion sampled at its rate, from rest to rest; the window covers the whole periods.
+    /// The motion sampled at its rate, from rest to rest. The window of the reference covers the whole periods.
     pub fn reference(&self) -> Reference {
         let count = |seconds: f64| (seconds * self.rate).round() as usize;
         let (samples, n) = (count(self.duration()) + 1, self.joints.len());
@@ -169,7 +169,7 @@ impl Motion {
         }
         for r in 0..samples {
             for (k, [q, dq, ddq, _]) in self.at(r as f64 / self.rate).into_iter().enumerate() {
-                // Rounding must not give a velocity at the last instant, since controllers refuse it.
+                // The velocity at the last instant must be exactly zero, because controllers refuse a rounding error there.
                 let is_end = r + 1 == samples;
                 reference.q[k].push(q);
                 reference.dq[k].push(if is_end { 0.0 } else { dq });
@@ -202,7 +202,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// Each derivative is the derivative of the one before, also where segments meet; the motion starts and ends at rest.
+    /// Each derivative is the derivative of the previous one, also at the joints of segments; the motion starts and ends at rest.
     #[test]
     fn derivatives_follow_and_the_ends_rest() {
         for motion in motions() {
@@ -210,14 +210,14 @@ pub(crate) mod tests {
             assert_eq!(duration, 8.0 + 2.0 * motion.shape.blend());
             let h = 1e-5;
             for i in 0..100 * duration as usize {
-                // Away from the instants where the jerk jumps.
+                // Instants at which the jerk does not jump.
                 let t = 0.01 * i as f64 + 0.003;
                 let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
                 for k in 0..2 {
                     for d in 0..3 {
                         let slope = (after[k][d] - before[k][d]) / (2.0 * h);
-                        // h^2 times the derivative two orders on: five powers of 3 w = 4.7, 120 K^5 / T^5 = 6900. Rounding:
-                        // 1e-16 of a hundred over h.
+                        // Error: h^2 times the derivative two orders higher, five powers of 3 w = 4.7, 120 K^5 / T^5 = 6900.
+                        // Rounding: 1e-16 of a hundred, divided by h.
                         assert!((slope - at[k][d + 1]).abs() < 1e-5, "{t} {k} {d}: {slope} {}", at[k][d + 1]);
                     }
                 }
@@ -227,7 +227,7 @@ pub(crate) mod tests {
                 let (before, after) = (motion.at(t - 1e-9), motion.at(t + 1e-9));
                 for k in 0..2 {
                     for d in 0..3 {
-                        // 2e-9 s at a jerk of 200 rad/s^3.
+                        // The change in 2e-9 s at a jerk of 200 rad/s^3.
                         assert!((before[k][d] - after[k][d]).abs() < 1e-6, "{t}");
                     }
                 }
@@ -245,7 +245,7 @@ pub(crate) mod tests {
             let t = 4.0 * f64::from(knot) / 9.0;
             let [before, after] = [-1e-7, 1e-7].map(|h| motion.at(t + h));
             for k in 0..2 {
-                // 2e-7 s at a slope of the jerk of some thousands.
+                // The change in 2e-7 s at a jerk slope of some thousands.
                 assert!((before[k][3] - after[k][3]).abs() < 2e-3, "{knot}: {} {}", before[k][3], after[k][3]);
             }
         }

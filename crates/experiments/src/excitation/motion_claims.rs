@@ -7,8 +7,8 @@
 //! | cannot tell | a row that is neither |
 //! | assumed, not looked at | [`LeftOut`] |
 //!
-//! A motion is refused where a claim is contradicted or cannot be determined, and where a check that the user requested was not made.
-//! The last line of `excite` and `check` has all four.
+//! A motion is refused if a claim is contradicted or cannot be determined, or if a check that the user requested was not made.
+//! The last line of `excite` and `check` lists the claims of all four kinds.
 
 use std::fmt;
 
@@ -26,41 +26,41 @@ const LIMIT: Topic = Topic("limit");
 const APPROACH: Topic = Topic("approach and return");
 const MARGIN: Topic = Topic("margins");
 
-/// The lowest point of the moving links.
+/// The lowest point of the moving links, of all sampled instants of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LowestPoint {
     /// Height z in the base frame, m.
     pub z_m: f64,
-    /// The link of the point.
+    /// Name of the link of the point.
     pub link: String,
     /// Time after the start, s.
     pub time_s: f64,
 }
 
-/// A motion's certificate with the omitted checks.
+/// The certificate of a motion with the omitted checks.
 #[derive(Clone, Copy)]
 pub struct MotionClaims<'a> {
     /// The limits with their proofs.
     pub rows: &'a [CertificateRow],
-    /// The checks without a row.
+    /// The checks that were not made.
     pub left_out: &'a [LeftOut],
-    /// Height of the floor, m.
+    /// Height of the floor in the base frame, m. `None`: no floor.
     pub floor: Option<f64>,
     /// The lowest point at the sampled instants.
     pub lowest: Option<&'a LowestPoint>,
 }
 
-/// The reason why a row that is not proven has no trial.
+/// Why no trial is proposed for a row that is not proven.
 const NOT_TRIED: &str = "a smaller motion is another motion";
 
 impl MotionClaims<'_> {
-    /// The claims, row by row, then the omitted checks.
+    /// One claim per row of the certificate, then one per omitted check.
     pub fn claims(&self) -> Vec<Claim> {
         self.rows.iter().map(claim_of_row).chain(self.left_out.iter().map(claim_of_left_out)).collect()
     }
 
-    /// The level of evidence of the motion.
+    /// The level of evidence of the whole motion.
     pub fn standing(&self) -> EvidenceLevel {
         let rows = self.rows.iter().map(|row| Need::at_least(subject_of_row(row), EvidenceLevel::Assumed));
         let left_out = self.left_out.iter().filter(|out| out.matter != LeftOutTopic::Approach).map(|out| {
@@ -73,38 +73,38 @@ impl MotionClaims<'_> {
         worst(&self.claims(), &purpose)
     }
 
-    /// Whether no limit is violated, none is unproven, and all requested checks were made.
+    /// Whether every row is proven and all requested checks were made.
     pub fn is_kept(&self) -> bool {
         self.standing().exit_code() == 0
     }
 
-    /// The faults of the motion, in sentences.
+    /// Sentences on rows that are not proven and on requested checks that were not made.
     pub fn faults(&self) -> Vec<String> {
         let rows = self.rows.iter().filter(|row| row.kept != LimitProof::Proven).map(ToString::to_string);
         let owed = self.left_out.iter().filter(|out| out.is_owed()).map(|out| claim_of_left_out(out).to_string());
         rows.chain(owed).collect()
     }
 
-    /// Assumptions and omitted checks, a sentence for each.
+    /// Assumptions and omitted checks, one sentence for each.
     pub fn left_out_sentences(&self) -> Vec<String> {
         self.left_out.iter().map(|out| claim_of_left_out(out).to_string()).collect()
     }
 
-    /// Assumptions and omitted checks, a line for each.
+    /// Assumptions and omitted checks as text, one line for each.
     pub fn left_out_text(&self) -> String {
         self.left_out_sentences().iter().map(|line| format!("{line}\n")).collect()
     }
 }
 
-/// The end of the subject of a row of the floor.
+/// The subject of a row of the floor ends with these words.
 const AT_THE_FLOOR: &str = " at the floor";
 
-/// Whether a row of regions is about the floor.
+/// Whether a row of the kind `Region` is about the floor.
 fn is_of_floor(subject: &str) -> bool {
     subject.ends_with(AT_THE_FLOOR)
 }
 
-/// The subject without the floor, where the topic already is the floor.
+/// The subject; without the words for the floor if the topic already is the floor.
 fn at(topic: Topic, subject: &str) -> &str {
     if topic == FLOOR { subject.strip_suffix(AT_THE_FLOOR).unwrap_or(subject) } else { subject }
 }
@@ -163,10 +163,10 @@ fn claim_of_left_out(out: &LeftOut) -> Claim {
     Claim::new(subject_of_left_out(out), outcome)
 }
 
-/// Greatest number of names that are listed; more are counted.
+/// Greatest number of names that are listed; of more names only the number is given.
 const MAX_LISTED_NAMES: usize = 2;
 
-/// The subjects of claims by their topics: `distance of 3`, `approach and return`.
+/// Counts or lists the subjects of claims, topic by topic: `distance of 3`, `approach and return`.
 fn counted<'a>(subjects: impl Iterator<Item = &'a Subject>) -> String {
     let mut topics: Vec<(&str, Vec<&str>)> = Vec::new();
     for subject in subjects {
@@ -185,7 +185,7 @@ fn counted<'a>(subjects: impl Iterator<Item = &'a Subject>) -> String {
     topics.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// The last line: the claims that are violated, not proven, proven, assumed and not looked at, in this order.
+/// The last line of the report: the violated, unproven, proven, assumed and omitted claims, in this order.
 impl fmt::Display for MotionClaims<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let claims = self.claims();
@@ -264,7 +264,7 @@ mod tests {
             );
             assert_eq!(claims.faults().is_empty(), claims.is_kept(), "{text}");
         }
-        // The path to the first pose does not change the level of evidence, and is mentioned.
+        // The approach to the first pose is reported, but does not change the level of evidence.
         let (rows, left_out) = ([row(LimitProof::Proven)], [LeftOut::approach()]);
         let alone = claims_of_motion(&rows, &left_out);
         assert_eq!(alone.standing(), EvidenceLevel::Proven);

@@ -1,8 +1,8 @@
-//! The torques and powers near their bounds, linear in the coefficients: the contribution of the torque barrier to the Hessian of
-//! a descent, and the greatest step.
+//! Torques and powers near their bounds, linearised in the coefficients. They give the contribution of the torque barrier to the
+//! Hessian of a descent, and the greatest step.
 //!
-//! With B the Hessian of the kinematic barrier, block by block, G the gradients of the K nearest quantities v by the coefficients
-//! and D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)), the Hessian is B + G' D G, without the second derivatives of v. Its
+//! B: Hessian of the kinematic barrier, block by block. G: gradients of the K nearest quantities v by the coefficients; u: their
+//! bounds. D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)). The Hessian is B + G' D G, without the second derivatives of v. Its
 //! inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without this term the line search of a
 //! chain of thirty joints, whose efforts are limiting, halves each step three to fifteen times.
 
@@ -12,33 +12,34 @@ use crate::excitation::barrier::Curvature;
 use crate::excitation::problem::Prepared;
 use crate::excitation::torque_barrier::{EnforcedDrive, TorqueBarrier};
 
-/// Share of its bound from which a quantity may be included.
+/// Only a quantity above this share of its bound may be included.
 const NEAR_SHARE: f64 = 0.7;
-/// Curvature by a scaled coefficient that is negligible compared with the criterion.
+/// Curvature by a scaled coefficient that is negligible compared with the criterion; the barrier is included only above it.
 const NEGLIGIBLE_CURVATURE: f64 = 1e-3;
-/// Share of the distance to a bound that one step may use, equal to the share of the kinematic barrier.
+/// Share of the distance to a bound that one step may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// Quantities near their bounds at a motion x, with their gradients.
+/// Torques and powers near their bounds at a motion x, with their gradients.
 #[derive(Clone)]
 pub(crate) struct NearDrives {
     held: Vec<EnforcedDrive>,
-    /// G, K x N, row by row.
+    /// Gradients G, K x N, row by row.
     slopes: Vec<f64>,
     /// Number of coefficients N.
     width: usize,
 }
 
 impl NearDrives {
-    /// The quantities nearest to their bounds, at most as many as the criterion has instants.
+    /// Selects the quantities nearest to their bounds; their number is at most the number of instants of the criterion.
     pub(crate) fn new(prepared: &Prepared, height: f64, states: &[f64], rigid: &[f64]) -> NearDrives {
         let problem = prepared.problem;
-        // With a low weight only the nearest quantities matter: (distance / bound)^2 at most weight / negligible curvature.
+        // If the weight is low, only the nearest quantities matter: (distance / bound)^2 at most weight / negligible curvature.
         let weight = height / problem.samples.max(1) as f64;
         let least_share = (1.0 - (weight / NEGLIGIBLE_CURVATURE).sqrt()).max(NEAR_SHARE);
         let near = |wall: &TorqueBarrier| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
         let mut held = problem.torque.map_or(vec![], near);
-        // First the quantities with raised bounds, whose barriers are the steepest; equal ones in the order of the instants.
+        // Quantities with raised bounds come first, because their barriers are the steepest; equal ones stay in the order of the
+        // instants.
         let rank = |held: &EnforcedDrive| (held.relief > 1.0, held.share());
         held.sort_by(|a, b| rank(b).0.cmp(&rank(a).0).then(rank(b).1.total_cmp(&rank(a).1)));
         held.truncate(problem.samples);
@@ -54,8 +55,8 @@ impl NearDrives {
         self.slopes.chunks_exact(self.width.max(1))
     }
 
-    /// The greatest step along a direction that keeps a hundredth of the distance of every quantity to its bound, in linear
-    /// approximation.
+    /// The greatest step along `direction` after which every quantity still has a hundredth of its distance to its bound, in
+    /// linear approximation.
     pub(crate) fn greatest_step(&self, direction: &[f64]) -> f64 {
         let of = |(held, row): (&EnforcedDrive, &[f64])| {
             let rate = dot(row, direction);
@@ -65,7 +66,8 @@ impl NearDrives {
         self.held.iter().zip(self.rows()).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The Hessian of the kinematic barrier plus the torque barrier with this weight; `None` where it cannot be factored.
+    /// The Hessian of kinematic and torque barrier, factored; `weight` gives the weight for a factor of a bound. `None` if the
+    /// factorisation fails.
     pub(crate) fn curvature(&self, kinematic: &Curvature, weight: impl Fn(f64) -> f64) -> Option<RaisedCurvature> {
         let bend = |held: &EnforcedDrive| {
             weight(held.relief) * ((held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2))
@@ -85,17 +87,17 @@ impl NearDrives {
     }
 }
 
-/// The Hessian of the kinematic barrier with an update of rank K.
+/// The Hessian of the kinematic barrier with an update of rank K, factored.
 pub(crate) struct RaisedCurvature {
     /// Y, K x N.
     solved: Vec<f64>,
     width: usize,
-    /// The factor of D^-1 + G Y'.
+    /// The Cholesky factor of D^-1 + G Y'.
     inner: Cholesky<f64, Dyn>,
 }
 
 impl RaisedCurvature {
-    /// Solves in place, by the equation at the top of this file.
+    /// Solves H y = x with the inverse at the top of this file; y replaces x.
     pub(crate) fn solve(&self, kinematic: &Curvature, x: &mut [f64]) {
         let along = self.solved.chunks_exact(self.width).map(|row| -dot(row, x)).collect();
         kinematic.solve(x);
@@ -140,7 +142,7 @@ mod tests {
         NearDrives { held: vec![held(1.9, 1.0), held(-1.5, 1.2), held(1.0, 1.0)], slopes, width: 10 }
     }
 
-    /// The solution times B + G' D G is the right-hand side.
+    /// (B + G' D G) times the solution equals the right-hand side.
     #[test]
     fn the_raised_curvature_is_the_sum() {
         let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);

@@ -1,39 +1,40 @@
-//! The gaps near their bounds, linear in the coefficients: the contribution of the distance barrier to the Hessian of a descent,
-//! and the greatest step.
+//! Gaps near their bounds, linearised in the coefficients. They give the contribution of the distance barrier to the Hessian of a
+//! descent, and the greatest step.
 //!
-//! With b the row of the basis at an instant, g the gradient of a distance by the coordinates and w'' the second derivative of
-//! the barrier by the distance, the Hessian is the sum over the gaps of w'' (g x b)(g x b)', x the Kronecker product, without the
-//! second derivatives of the distances. The gaps of one instant share b, so their terms in g are added first. Without this term
-//! the line search halves every step where bodies are near each other.
+//! b: row of the basis at an instant. g: gradient of a distance by the coordinates. w'': second derivative of the barrier by the
+//! distance. The Hessian is the sum over the gaps of w'' (g x b)(g x b)', x the Kronecker product, without the second derivatives
+//! of the distances. The gaps of one instant share b, so their terms in g are added first. Without this term the line search
+//! halves every step when bodies are near each other.
 
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::add_products;
 
 use crate::excitation::barrier::Curvature;
 
-/// Share of the distance to a bound that one step may use, equal to the share of the kinematic barrier.
+/// Share of the distance to a bound that one step may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
 /// A gap near its bound at an instant.
 pub(crate) struct EnforcedGap {
-    /// Index of its instant.
+    /// Index of the instant.
     pub instant: usize,
-    /// Distance above its bound and reserve, m.
+    /// Distance above the sum of bound and reserve of the gap, m.
     pub room: f64,
     /// Second derivative of the barrier by the distance, 1/m^2.
     pub bend: f64,
 }
 
-/// The gaps near their bounds at a motion, in the order of the instants.
+/// The gaps near their bounds along a motion, in the order of the instants.
 #[derive(Default)]
 pub(crate) struct NearGaps {
     held: Vec<EnforcedGap>,
-    /// Gradient of each distance by the n coordinates, gap by gap, m/rad (m/m).
+    /// Gradient of each distance by the n coordinates, m/rad (m/m); n entries per gap.
     slopes: Vec<f64>,
 }
 
 impl NearGaps {
-    /// Adds a gap at an instant that is not before the last one.
+    /// Adds a gap. `instant` must not be before the instant of the last gap; the other arguments are the fields of
+    /// [`EnforcedGap`] and the gradient.
     pub(crate) fn push(&mut self, instant: usize, room: f64, bend: f64, slope: &[f64]) {
         self.held.push(EnforcedGap { instant, room, bend });
         self.slopes.extend_from_slice(slope);
@@ -43,12 +44,12 @@ impl NearGaps {
         self.held.is_empty()
     }
 
-    /// Each gap with its gradient.
+    /// Each gap with its gradient by the coordinates.
     pub(crate) fn rooms(&self) -> impl Iterator<Item = (&EnforcedGap, &[f64])> {
         self.held.iter().zip(self.slopes.chunks_exact(self.slopes.len() / self.held.len().max(1)))
     }
 
-    /// The greatest step along a direction of the coefficients that keeps a hundredth of every distance, in linear approximation.
+    /// The greatest step along `direction` after which every gap still has a hundredth of its distance, in linear approximation.
     pub(crate) fn greatest_step(&self, basis: &Basis, direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         let (mut seen, mut rates) = (usize::MAX, vec![]);
@@ -64,7 +65,8 @@ impl NearGaps {
         step
     }
 
-    /// The Hessian of the kinematic barrier, joint by joint, plus the Hessian of the distance barrier.
+    /// The sum of the Hessians of the kinematic barrier (`kinematic`, one block per joint) and of the distance barrier, factored.
+    /// `None` if the factorisation fails.
     pub(crate) fn curvature(&self, basis: &Basis, kinematic: &[DMatrix<f64>]) -> Option<Curvature> {
         let (m, size) = (basis.m(), basis.scale.len());
         let mut whole = DMatrix::zeros(size, size);
@@ -82,7 +84,7 @@ impl NearGaps {
                     at += usize::from(instants[at] != held.instant);
                     weights[at] += held.bend * slope[of_j] * slope[of_k];
                 }
-                // Most distances depend on few joints.
+                // Most distances depend on few joints, so most blocks are zero.
                 if weights.iter().all(|weight| *weight == 0.0) {
                     continue;
                 }
@@ -94,28 +96,28 @@ impl NearGaps {
                 }
             }
         }
-        // The factorisation reads the lower triangle only.
+        // Only the lower triangle is filled, because the factorisation reads no other entry.
         Cholesky::new(whole).map(Curvature::of_all)
     }
 }
 
-/// The map from the scaled coefficients to the positions, joint after joint.
+/// The map from the scaled coefficients to the positions; coefficients are ordered joint after joint.
 pub(crate) struct Basis<'a> {
     /// The row of the basis at each instant.
     pub rows: &'a [Vec<f64>],
-    /// Coordinates that move.
+    /// Indices of the coordinates that move.
     pub moving: &'a [usize],
     /// Unit of each coefficient.
     pub scale: &'a [f64],
 }
 
 impl Basis<'_> {
-    /// Number of coefficients of a coordinate.
+    /// Number of coefficients per coordinate.
     fn m(&self) -> usize {
         self.scale.len() / self.moving.len().max(1)
     }
 
-    /// Rates of the moving coordinates along a direction of the coefficients, at an instant.
+    /// Change of each moving coordinate per unit step along `direction`, at an instant.
     fn rates(&self, direction: &[f64], instant: usize) -> Vec<f64> {
         let (row, m) = (&self.rows[instant], self.m());
         let of_joint = |(x, scale): (&[f64], &[f64])| row.iter().zip(x).zip(scale).map(|((b, x), s)| b * x * s).sum();
@@ -131,12 +133,12 @@ mod tests {
         (m * k as f64).sin()
     }
 
-    /// Three coordinates of which the second is locked, three coefficients each, five instants.
+    /// Basis rows for five instants and three coefficients per coordinate.
     fn rows() -> Vec<Vec<f64>> {
         (0..5).map(|i| vec![1.0, wave(i, 1.1), wave(i + 3, 2.3)]).collect()
     }
 
-    /// Two gaps at one instant, one at another, one that no joint changes.
+    /// Two gaps at one instant and two at another; no moving joint changes the last gap.
     fn near() -> NearGaps {
         let mut near = NearGaps::default();
         near.push(1, 0.03, 4.0, &[0.3, 9.0, -0.2]);
@@ -148,13 +150,13 @@ mod tests {
 
     const SCALE: [f64; 6] = [1.0, 0.8, 0.6, 2.0, 0.5, 0.7];
 
-    /// The gradient of a distance by the coefficients.
+    /// The gradient of a distance by all scaled coefficients.
     fn along_coefficients(basis: &Basis, held: &EnforcedGap, slope: &[f64]) -> Vec<f64> {
         let row = &basis.rows[held.instant];
         (0..6).map(|at| slope[basis.moving[at / 3]] * row[at % 3] * basis.scale[at]).collect()
     }
 
-    /// The solution times the sum of the Hessians is the right-hand side.
+    /// The sum of the Hessians times the solution equals the right-hand side.
     #[test]
     fn the_curvature_is_the_sum() {
         let (rows, near) = (rows(), near());

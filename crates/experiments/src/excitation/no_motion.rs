@@ -6,40 +6,40 @@ use crate::excitation::problem::{Prepared, Problem};
 /// The reason why there is no motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoMotion {
-    /// No coordinate may move.
+    /// All coordinates are locked.
     AllLocked,
     /// No parameter is identifiable by any motion within the limits.
     NothingToTell,
-    /// The limits, or the time, allow too little motion to separate the parameters.
+    /// The limits of the coordinates, or the time, allow too little motion to separate the parameters.
     TooSmall {
         /// Index of the slowest coordinate.
         coordinate: usize,
-        /// The limit that restricts it.
+        /// The limit that restricts this coordinate most.
         limit: LimitKind,
-        /// Distance from its least to its greatest position, rad (m).
+        /// Range of positions of this coordinate in a motion that identifies too little, rad (m).
         swing: f64,
-        /// Its greatest speed, rad/s (m/s).
+        /// Greatest speed of this coordinate in this motion, rad/s (m/s).
         speed: f64,
     },
-    /// Even a very small motion takes more effort or power of this coordinate than is allowed.
+    /// Every tried motion, however small, needs more effort or power of this coordinate than is allowed.
     TooWeak {
         /// Index of the coordinate.
         coordinate: usize,
-        /// The limit of effort or of power.
+        /// The violated limit: effort or power.
         limit: LimitKind,
-        /// The least ratio to that limit of all tried motions.
+        /// The least ratio of effort or power to this limit, over all tried motions.
         share: f64,
     },
-    /// No motion keeps the distances of the bodies. The gap is the one that was nearest to being kept.
+    /// No tried motion, however small, keeps all distances; `gap` is the violated one that came nearest to its bound.
     TooNarrow {
         /// Index of the gap.
         gap: usize,
-        /// Distance above its bound, m: too small for a search, and mostly negative.
+        /// Distance of this gap above its bound, m: too small to start a search, and usually negative.
         room: f64,
     },
 }
 
-/// The slowest coordinate of a motion that identifies too little, and the limit that it is nearest to.
+/// The reason for a motion x that identifies too little: its slowest coordinate, with the limit that it is nearest to.
 pub(crate) fn too_small(prepared: &Prepared, problem: &Problem, x: &[f64]) -> NoMotion {
     let barrier = prepared.barrier();
     let of_joint = |(j, &coordinate): (usize, &usize)| {

@@ -1,6 +1,6 @@
-//! A trajectory of polynomials: between given points, or of an experiment of a plan.
+//! A trajectory of polynomials: through given points, or for an experiment of a plan.
 //!
-//! Between points t_i and t_i + h, with positions q, velocities v and accelerations a at both ends:
+//! Polynomials between the points at times t_i and t_i + h; positions q, velocities v and accelerations a are given at both ends:
 //!
 //! | interpolation | polynomial | jumps at points |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | cubic | Hermite's polynomial of q and v | acceleration |
 //! | quintic | Hermite's polynomial of q, v and a | jerk |
 //!
-//! On an interval about its middle c, each derivative lies within its Taylor polynomial at c, which is finite. Everything is in
-//! interval arithmetic.
+//! On an interval with middle c, each derivative lies within its Taylor polynomial about c. This polynomial is exact, because a
+//! polynomial has finitely many derivatives. All computations use interval arithmetic.
 
 use numerics::interval::Interval;
 
@@ -23,17 +23,17 @@ use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 #[derive(Clone, Debug)]
 pub struct PolynomialTrajectory {
     stretches: Vec<TrajectorySegment>,
-    /// By segment and coordinate: coefficients of 1, t, t^2, ..
+    /// Coefficients of 1, t, t^2, ..: one list per segment and coordinate.
     coefficients: Vec<Vec<Vec<Interval>>>,
 }
 
-/// Intervals of a segment between two points at the start of a proof.
+/// Initial intervals of a proof for each segment between two points.
 const INTERVALS_BETWEEN_POINTS: usize = 1;
-/// Intervals of a segment of an experiment at the start of a proof.
+/// Initial intervals of a proof for each segment of an experiment.
 const INTERVALS_OF_AN_EXPERIMENT: usize = 32;
 
 impl PolynomialTrajectory {
-    /// The trajectory through points; [`PointTrajectory`] ensures their order and number.
+    /// Makes the trajectory through points; [`PointTrajectory`] has already checked their order and number.
     pub fn through(points: &PointTrajectory, interpolation: Interpolation) -> PolynomialTrajectory {
         let method = match interpolation {
             Interpolation::Linear => "Taylor polynomials between points, linear",
@@ -65,7 +65,7 @@ impl PolynomialTrajectory {
         PolynomialTrajectory { stretches, coefficients }
     }
 
-    /// One period of a swing, or a sweep there and back; the rests between them add no new positions.
+    /// One period of a swing, or one sweep there and back; the rests in between add no new positions, so they are omitted.
     pub fn of_experiment(experiment: &ExcitingTrajectory) -> PolynomialTrajectory {
         let mut course = PolynomialTrajectory { stretches: vec![], coefficients: vec![] };
         let still: Vec<Vec<Interval>> = experiment.centre.iter().map(|c| vec![Interval::point(*c)]).collect();
@@ -88,7 +88,7 @@ impl PolynomialTrajectory {
                 let moving = experiment.moving();
                 for (from, to, shape) in profile_pieces(*profile) {
                     push(from * t, (to - from) * t, &|k| {
-                        // p(u) with u = from + s/T: coefficients of s.
+                        // With u = from + s/T, the polynomial p(u) becomes coefficients of s.
                         let scale = |(n, c): (usize, &f64)| {
                             let power = Interval::point(t);
                             (0..n).fold(Interval::point(half_range[k]) * *c, |x, _| x.over(power))
@@ -121,7 +121,7 @@ impl PolynomialTrajectory {
     }
 }
 
-/// The segments of a profile: their bounds, u in [0, 1], and their coefficients in u minus the lower bound.
+/// The segments of a profile: lower and upper bound of u in [0, 1], and the coefficients of powers of (u - lower bound).
 fn profile_pieces(profile: Profile) -> Vec<(f64, f64, Vec<f64>)> {
     match profile {
         Profile::BangBang => vec![
@@ -145,7 +145,7 @@ fn hermite_cubic(q: [Interval; 2], v: [Interval; 2], h: Interval) -> Vec<Interva
     vec![q[0], v[0], bend, twist]
 }
 
-/// The quintic with these positions, velocities and accelerations at 0 and h, as coefficients of 1, t, t^2, ..
+/// Hermite's quintic with these positions, velocities and accelerations at 0 and h, as coefficients of 1, t, t^2, ..
 fn hermite_quintic(q: [Interval; 2], v: [Interval; 2], a: [Interval; 2], h: Interval) -> Vec<Interval> {
     let (dq, square) = (q[1] - q[0], h * h);
     let third = dq * 20.0 - (v[1] * 8.0 + v[0] * 12.0) * h - (a[0] * 3.0 - a[1]) * square;
@@ -183,16 +183,16 @@ impl EnclosedTrajectory for EnclosedPolynomials<'_> {
     }
 }
 
-/// Position and four derivatives of a polynomial on an interval about `middle`.
+/// Encloses position and four derivatives of a polynomial on the interval `middle` + `away`.
 fn derivatives(coefficients: &[Interval], middle: f64, away: Interval) -> Derivatives {
-    // The coefficients about the middle, by Horner's scheme.
+    // Taylor coefficients about the middle, by Horner's scheme.
     let (mut about, at) = (coefficients.to_vec(), Interval::point(middle));
     for i in 0..about.len() {
         for j in (i..about.len() - 1).rev() {
             about[j] = about[j] + about[j + 1] * at;
         }
     }
-    // h, h^2, ..: even powers are non-negative.
+    // Powers of h = t - c; `square` gives even powers that are not negative.
     let square = away.square();
     let mut powers = vec![Interval::point(1.0), away];
     for n in 2..about.len() {
@@ -202,7 +202,7 @@ fn derivatives(coefficients: &[Interval], middle: f64, away: Interval) -> Deriva
     std::array::from_fn(|d| {
         let terms = about.iter().skip(d).zip(factors.iter().skip(d)).zip(&powers);
         let sum = terms.fold(Interval::ZERO, |sum, ((c, factor), power)| sum + *c * *factor * *power);
-        // The next derivative: n (n - 1) .. of t^n.
+        // Factors for the next derivative: n (n - 1) .. of t^n.
         factors.iter_mut().enumerate().for_each(|(n, factor)| *factor *= (n as f64 - d as f64).max(0.0));
         sum
     })
@@ -242,7 +242,7 @@ mod tests {
                     let given = [Some(points.positions()), points.velocities(), points.accelerations()];
                     for (d, given) in given.into_iter().flatten().enumerate().take(known) {
                         for (found, given) in found.iter().zip(given) {
-                            // A few roundings of numbers of size 20/h^2.
+                            // Tolerance: a few rounding errors of numbers of size 20/h^2.
                             assert!((found[d].middle() - given[place]).abs() < 1e-10 && found[d].width() < 1e-9);
                         }
                     }
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// The trajectory of an experiment equals its reference at every sample.
+    /// The trajectory of an experiment equals the reference of the experiment at every sample.
     #[test]
     fn experiments_are_their_reference() {
         use crate::plan::motion_kind::MotionKind;
@@ -291,7 +291,7 @@ mod tests {
                     let found = enclosed.on(i, Interval::point(t));
                     for (k, x) in found.iter().enumerate() {
                         let expected = [&reference.q, &reference.dq, &reference.ddq].map(|s| s[k][first + sample]);
-                        // Rounding of a few terms of size 1e3 of an acceleration.
+                        // Tolerance: rounding of a few terms of an acceleration, of size 1e3.
                         (0..3).for_each(|d| {
                             assert!(
                                 (x[d].middle() - expected[d]).abs() < 1e-10,

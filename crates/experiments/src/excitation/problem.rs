@@ -1,7 +1,7 @@
-//! The search problem of a motion, and the rows of an identification as a function of its coefficients.
+//! The search problem of a motion: the rows of an identification as a function of the coefficients of the motion.
 //!
-//! The state at an instant is linear in the coefficients x, which are scaled and ordered joint after joint. Rows are over the
-//! noise of their joint; locked joints have no rows.
+//! The state at an instant is linear in the coefficients x, which are scaled and ordered joint after joint. Each row is divided
+//! by the noise of its joint; locked joints have no rows.
 
 use std::sync::Arc;
 
@@ -16,77 +16,79 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::torque_barrier::TorqueBarrier;
 
-/// The search problem of a motion.
+/// The search problem of a motion: model, limits and criterion.
 #[derive(Clone)]
 pub struct Problem<'a> {
-    /// The base regressor with its derivatives.
+    /// The regressor of the base parameters, with its derivatives.
     pub regressor: &'a dyn DifferentiableRegressor,
-    /// Friction columns of every joint.
+    /// The friction terms of every joint.
     pub friction: &'a [FrictionTerm],
     /// Limits, one per coordinate.
     pub limits: &'a [CoordinateLimits],
-    /// Standard deviation of a torque sample, N m (N), one per coordinate.
+    /// Standard deviation of the noise of one torque sample, N m (N), one per coordinate.
     pub noise: &'a [f64],
-    /// The aim of the search.
+    /// The criterion that the search optimises.
     pub aim: SearchObjective,
-    /// The limits of torque and power, where there are any.
+    /// The barrier of the torque and power limits. `None`: they are not limited.
     pub torque: Option<&'a TorqueBarrier>,
-    /// Whether each column is included.
+    /// Whether each column of the model is included in the criterion.
     pub columns: &'a [bool],
     /// The basis functions of the motion.
     pub shape: MotionShape,
-    /// Instants a period for the limits and the information.
+    /// Number of instants in a period at which limits and criterion are evaluated.
     pub samples: usize,
-    /// The distances of bodies, where the description has bodies.
+    /// The bodies whose distances are kept. `None`: the description has no bodies.
     pub surroundings: Option<&'a dyn Surroundings>,
-    /// Rows of prior information over all columns of the model, relative to one sample of the motion.
+    /// Rows of prior information over all columns of the model, in the scale of one sample of the motion.
     pub prior: &'a [f64],
 }
 
-/// Instants in a blend at which torques are evaluated.
+/// Number of instants in a blend at which torques are evaluated.
 pub(super) const TORQUE_INSTANTS_PER_BLEND: usize = 16;
 
-/// A problem with the data for its evaluations.
+/// A search problem with the precomputed data for its evaluations.
 #[derive(Clone)]
 pub struct Prepared<'a> {
     pub(super) problem: &'a Problem<'a>,
     barrier: Barrier,
-    /// Coordinates that move.
+    /// Indices of the coordinates that move.
     moving: Vec<usize>,
     /// Unit of each scaled coefficient, joint after joint.
     scale: Vec<f64>,
-    /// q, dq, ddq at each instant per unit of the coefficients: the instants of the period, then of the blends.
+    /// Basis rows of q, dq, ddq at each instant (factors of the coefficients): first the instants of the period, then of the
+    /// blends.
     pub(super) instants: Vec<[Vec<f64>; 3]>,
-    /// Factors of the bounds of torques and powers, one per instant.
+    /// Factors that raise the bounds of torques and powers, one per instant.
     reliefs: Vec<f64>,
-    /// By moving coordinate: the included base columns that are not zero in its rows, as (index in Y, index in W).
+    /// The included base columns that are not zero in the rows of a moving coordinate, as (index in Y, index in W); one list per
+    /// moving coordinate.
     pub(super) base: Vec<Vec<(usize, usize)>>,
-    /// By coordinate: its included friction columns, as (index among its own, index in W).
+    /// The included friction columns of a coordinate, as (index among its friction columns, index in W); one list per coordinate.
     pub(super) own: Vec<Vec<(usize, usize)>>,
-    /// The torques of the barrier, where there is one.
+    /// The torque function of the torque barrier. `None` if there is no torque barrier.
     pub(super) torques: Option<Arc<dyn DifferentiableTorques + 'a>>,
-    /// Threads of an evaluation; the result is independent of them.
+    /// Number of threads of an evaluation; it does not change the result.
     pub(super) threads: usize,
-    /// Columns of W.
+    /// Number of columns of W.
     p: usize,
     /// The barrier of the distances between bodies.
     pub(super) space: Option<DistanceBarrier<'a>>,
-    /// Prior information as rows below the rows of the S instants, p wide.
+    /// Rows of prior information in the included columns, p entries each; they follow the rows of the S instants.
     prior: Vec<f64>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Computes the data that all starts share.
+    /// Precomputes the data that all starts share.
     pub fn new(problem: &'a Problem<'a>) -> Prepared<'a> {
         let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
-        // Rows that give q, dq and ddq from the coefficients: N instants of the period, then the instants of the blends.
+        // Basis rows of q, dq and ddq: N instants of the period, then the instants of the blends.
         let of_blends = (0..TORQUE_INSTANTS_PER_BLEND).map(|i| i as f64 / (TORQUE_INSTANTS_PER_BLEND - 1) as f64);
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants: Vec<[Vec<f64>; 3]> = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
-        // The included columns, renumbered: base parameters, then friction joint by joint.
+        // The included columns are renumbered: base parameters first, then friction joint by joint.
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
         let mut p = base_columns.len();
         let mut own = vec![Vec::new(); n];
@@ -128,17 +130,17 @@ impl<'a> Prepared<'a> {
         Prepared { threads, ..self }
     }
 
-    /// The barrier of the limits.
+    /// The barrier of the kinematic limits.
     pub fn barrier(&self) -> &Barrier {
         &self.barrier
     }
 
-    /// Coordinates that move.
+    /// Indices of the coordinates that move.
     pub fn moving(&self) -> &[usize] {
         &self.moving
     }
 
-    /// Number of included columns.
+    /// Number p of included columns.
     pub fn p(&self) -> usize {
         self.p
     }
@@ -153,12 +155,12 @@ impl<'a> Prepared<'a> {
         self.scale.len()
     }
 
-    /// Factors of the bounds of torques and powers, one per instant.
+    /// Factors that raise the bounds of torques and powers, one per instant.
     pub(super) fn reliefs(&self) -> &[f64] {
         &self.reliefs
     }
 
-    /// Evaluates torques at these instants too, each with the factor of its bounds.
+    /// Adds instants at which torques are evaluated, each with the factor that raises its bounds.
     pub(super) fn watch(&mut self, instants: impl IntoIterator<Item = ([Vec<f64>; 3], f64)>) {
         for (rows, relief) in instants {
             self.instants.push(rows);
@@ -166,7 +168,8 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Adds to the gradient by the coefficients the gradient by q, dq, ddq of each coordinate at an instant.
+    /// Adds to `gradient` the derivatives by the coefficients; `of_state`: the derivatives by q, dq, ddq of each coordinate at an
+    /// instant with basis `rows`.
     pub(super) fn add_slopes(&self, rows: &[Vec<f64>; 3], of_state: &[f64], gradient: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, &k) in self.moving.iter().enumerate() {
@@ -180,7 +183,7 @@ impl<'a> Prepared<'a> {
         self.problem.shape.size()
     }
 
-    /// The unscaled coefficients of every coordinate; a locked one has its position.
+    /// The unscaled coefficients of every coordinate; a locked coordinate has its constant position as the centre.
     pub fn joints(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let m = self.m();
         let rest = |l: &CoordinateLimits| [&[l.locked.unwrap_or(0.0)][..], &vec![0.0; m - 1]].concat();
@@ -191,13 +194,13 @@ impl<'a> Prepared<'a> {
         joints
     }
 
-    /// The scaled coefficients of a motion.
+    /// The scaled coefficients x of a motion with the unscaled coefficients `joints`.
     pub fn scaled(&self, joints: &[Vec<f64>]) -> Vec<f64> {
         let all = self.moving.iter().flat_map(|&k| &joints[k]);
         all.zip(&self.scale).map(|(x, s)| x / s).collect()
     }
 
-    /// The positions of all coordinates of the motion x, for a row of the basis.
+    /// The positions of all coordinates of the motion x at the instant of a basis row.
     pub(super) fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
         let m = self.m();
         let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
@@ -208,45 +211,48 @@ impl<'a> Prepared<'a> {
         q
     }
 
-    /// The least distance between bodies above its bound, m, with its gap; `None` where no bodies are near.
+    /// The gap nearest to its bound along the motion x: distance above the bound, m, and index of the gap. `None` if no bodies
+    /// are near.
     pub fn nearest(&self, seen: &Seen, x: &[f64]) -> Option<(f64, usize)> {
         self.space.as_ref()?.nearest(seen, &|row| self.positions(x, row))
     }
 
-    /// Whether such a distance is sufficient at the start of a descent.
+    /// Whether the distance of the nearest gap is sufficient for the start of a descent.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         self.space.as_ref().is_none_or(|space| space.is_inside(nearest))
     }
 
-    /// The least distance above its bound at the centre of the motion alone, m, with its gap.
+    /// The gap nearest to its bound with all joints at the centre of the motion x: distance above the bound, m, and index of the
+    /// gap.
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut None, &mut nearest);
         nearest
     }
 
-    /// Adds a derivative along a row of the basis to the gradient by the coefficients of the j-th moving coordinate.
+    /// Adds to the gradient the contribution of one basis row to the j-th moving coordinate; `slope`: derivative by the quantity
+    /// of this row.
     pub(super) fn add_slope(&self, j: usize, row: &[f64], slope: f64, gradient: &mut [f64]) {
         let m = self.m();
         let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&self.scale[j * m..]);
         place.for_each(|((g, b), s)| *g += slope * b * s);
     }
 
-    /// The greatest ratio of a torque or power of the motion x to its bound, with its coordinate and limit, where there are
-    /// bounds.
+    /// The greatest ratio of a torque or power of the motion x to its bound, with its coordinate and kind of limit. `None` if
+    /// torques and powers are not limited.
     pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
         let (states, rigid) = self.states_and_torques(x);
         wall.greatest(self.problem.limits, &states, &rigid)
     }
 
-    /// J of the rows of motions and of the prior information; `None` where they lack full rank.
+    /// J of the rows of a motion and of the prior information. `None` if the rows do not have full rank.
     pub(super) fn criterion_of_rows(&self, rows: Vec<CriterionRows>) -> Option<Criterion> {
         criterion(self.problem.aim, rows, &self.prior, self.p, self.problem.samples, self.threads)
     }
 }
 
-/// The rows of prior information in the included columns, scaled to the number of samples.
+/// The rows of prior information in the included columns, multiplied by the root of the number of samples.
 fn known_rows(problem: &Problem) -> Vec<f64> {
     let factor = (problem.samples as f64).sqrt();
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));

@@ -1,12 +1,12 @@
-//! The proof that a motion keeps its limits, also between the samples, or the time at which it does not.
+//! The proof that a motion keeps its limits, also between the samples. If it does not, the time of the violation is found.
 //!
-//! For each segment of the motion and each limit the range of the limited quantity is found by subdivision of an enclosure
-//! ([`numerics::range`]). Position to jerk have the enclosures of the motion ([`crate::excitation::enclosure`]). The torque has
-//! the second-order enclosure of the torque function along the motion ([`numerics::jet`]), with the nominal friction: tau = Y X +
-//! FV dq + OFF, and FS in both directions. The power of a drive has the same enclosure, of tau dq + FS |dq|. The proof follows
-//! from the motion, the limits and the description alone.
+//! For each segment of the motion, subdivision of an enclosure ([`numerics::range`]) finds the range of each limited quantity.
+//! Position to jerk use the enclosures of the motion ([`crate::excitation::enclosure`]). The torque uses the second-order
+//! enclosure of the torque function along the motion ([`numerics::jet`]), with the nominal friction: tau = Y X + FV dq + OFF, and
+//! FS in both directions. The power of a drive, tau dq + FS |dq|, uses the same enclosure. The proof follows from the motion, the
+//! limits and the description alone.
 //!
-//! Not here: bodies and their distances ([`crate::excitation::gap_proof`]); torques that the description does not determine.
+//! Not here: distances of bodies ([`crate::excitation::gap_proof`]); torques that the description does not determine.
 
 use std::fmt;
 
@@ -20,15 +20,15 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 pub use crate::excitation::nominal_torque::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
-/// Whether a limit is kept.
+/// The result of the proof of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitProof {
-    /// Not violated anywhere.
+    /// Proved: the limit is not violated anywhere.
     Proven,
-    /// Violated at the given time.
+    /// Violated at the time in the row.
     Violated,
-    /// No violation found, and no proof.
+    /// No violation was found, and the proof did not succeed.
     Open,
 }
 
@@ -36,24 +36,24 @@ pub enum LimitProof {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateRow {
-    /// Which limit.
+    /// The kind of limit.
     pub limit: LimitKind,
-    /// Name of the coordinate; or `forearm and base`, `forearm at the floor`.
+    /// Name of the coordinate, or bodies: `forearm and base`, `forearm at the floor`.
     pub subject: String,
-    /// Time after the start, s. In a repeated period it is the time in the first repetition.
+    /// Time after the start, s. For a repeated period it is the time in the first repetition.
     pub time_s: f64,
-    /// The value at that time: the nearest to the bound, or the farthest beyond it.
+    /// The value at that time: the nearest to the bound, or the farthest beyond the bound.
     pub value: f64,
-    /// The bound, in the unit of the value; of a distance with its margin.
+    /// The bound, in the unit of the value; for a distance it includes the margin.
     pub bound: f64,
-    /// Share of the bound of a distance for errors of joints and bodies, m.
+    /// The share of the bound of a distance that covers errors of joints and bodies, m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub margin: f64,
-    /// A proved bound of the value.
+    /// Proved bound, in the unit of the value: the quantity is nowhere beyond it.
     pub nowhere_beyond: f64,
     /// Whether the limit is kept.
     pub kept: LimitProof,
-    /// The proof in words.
+    /// The method of the proof, in words.
     pub how: String,
 }
 
@@ -62,7 +62,7 @@ fn is_zero(x: &f64) -> bool {
 }
 
 impl CertificateRow {
-    /// Distance between the value and the bound; negative where the limit is violated.
+    /// Distance between the value and the bound; negative if the limit is violated.
     pub fn room(&self) -> f64 {
         let distance = (self.bound - self.value).abs();
         if self.kept == LimitProof::Violated { -distance } else { distance }
@@ -75,19 +75,20 @@ impl fmt::Display for CertificateRow {
     }
 }
 
-/// Distance between the proved bound and the value of a kinematic limit, relative to the width of the limit.
+/// Tolerance of a kinematic proof: distance between the proved bound and the value, relative to the width of the limits.
 pub const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
-/// Distance between the proved bound and the value of a torque or power, relative to its limit; its enclosures are wider.
+/// Tolerance of a torque proof: distance between the proved bound and the value, relative to the limit. Torque enclosures are
+/// wider.
 const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
-/// Enclosures of a segment for kinematic limits, at most.
+/// Greatest number of enclosures per segment for kinematic limits.
 const KINEMATIC_ENCLOSURES: usize = 50_000;
-/// Enclosures of a segment for the exact range of torques, at most.
+/// Greatest number of enclosures per segment for the exact range of torques.
 const TORQUE_ENCLOSURES: usize = 20_000;
-/// Enclosures of a segment before that, at most, for the proof of the torque limits alone: the enclosures of many joints are
-/// wide, and their exact ranges need too many.
+/// Greatest number of enclosures per segment for the proof of the torque limits alone, which comes first: the enclosures of many
+/// joints are wide, and their exact ranges need too many.
 const TORQUE_ENCLOSURES_WITHIN_LIMITS: usize = 100_000;
 
-/// The rows of the kinematic limits, coordinate by coordinate; an infinite limit has no row.
+/// Proves the kinematic limits; one row per limit, coordinate by coordinate. An infinite limit has no row.
 pub fn prove_motion(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
@@ -117,8 +118,8 @@ const UNKNOWN: Range = Range {
     greatest: Extreme { reached: f64::NEG_INFINITY, time: 0.0, proved: f64::INFINITY },
 };
 
-/// The ranges over each segment of a trajectory of the quantities that `enclose` encloses on an interval of it, by at most
-/// `enclosures`, after `enclosures_within` for the limits alone.
+/// For each segment of a trajectory, the ranges of the quantities that `enclose` encloses on an interval of the segment. Uses at
+/// most `enclosures_within` enclosures for the limits alone, then at most `enclosures` for the exact ranges.
 fn over_stretches(
     course: &dyn Trajectory,
     (enclosures, enclosures_within): (usize, usize),
@@ -135,10 +136,10 @@ fn over_stretches(
     course.stretches().into_iter().enumerate().map(one).collect()
 }
 
-/// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
+/// Proves the limits of torque and power; one row per limit.
 ///
-/// With a possible payload each row is the worse of two: torques are linear in the payload's mass, so a smaller mass gives values
-/// between them.
+/// If there is a payload, each row is the worse of two proofs, with and without it: torques are linear in the payload's mass, so
+/// a smaller mass gives values in between.
 pub fn prove_torque(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],
@@ -159,7 +160,7 @@ pub fn prove_torque(
     without.into_iter().zip(with).map(worse).collect()
 }
 
-/// Order of rows: violated, unproven, proven.
+/// Order of rows, the worst first: violated, unproven, proven.
 fn rank(row: &CertificateRow) -> u8 {
     match row.kept {
         LimitProof::Violated => 0,
@@ -179,7 +180,7 @@ fn prove_torque_of(
     if limited.is_empty() {
         return vec![];
     }
-    // Subdivision ends at this tolerance, or earlier where the bound is proved.
+    // Subdivision ends at this tolerance, or earlier if the bound is proved.
     let sought = |&(.., bound): &(usize, LimitKind, f64)| RangeGoal {
         tolerance: TORQUE_PROOF_TOLERANCE * bound.abs(),
         enough: bound,
@@ -197,7 +198,7 @@ fn prove_torque_of(
         };
         Enclosed { over: of(over), middle: of(middle) }
     });
-    // The limit of a drive is symmetric.
+    // The limit of a drive is symmetric about zero.
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
         let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
@@ -211,7 +212,8 @@ fn prove_torque_of(
     limited.iter().enumerate().filter_map(one).collect()
 }
 
-/// The row of a limit from the ranges over the segments: the end with the least distance to its bound.
+/// The row of a limit from its ranges over the segments: the lower or the upper end, whichever is nearer to its bound. `None` if
+/// there are no segments.
 fn row(
     limit: LimitKind,
     subject: &str,
@@ -238,7 +240,7 @@ fn row(
             how: how.clone(),
         })
     });
-    // By rank, then by distance to the bound; the first of equal rows.
+    // By rank, then by distance to the bound; the first one if rows are equal.
     rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
 }
 
@@ -275,7 +277,7 @@ pub(crate) mod tests {
         let names = ["q1".to_string(), "q2".to_string()];
         for motion in motions() {
             let found = sampled(&motion);
-            // Samples 5e-5 s apart miss a peak by less than 1e-6 of its value; the jerk at its jumps by 1e-4.
+            // Samples 5e-5 s apart miss a peak by less than 1e-6 of its value; near the jumps of the jerk they miss it by 1e-4.
             let rows = prove_motion(&motion, &limits(&found, 1.001), &names);
             assert_eq!(rows.len(), 8);
             assert!(rows.iter().all(|r| r.kept == LimitProof::Proven && r.room() > 0.0), "{rows:?}");
@@ -285,7 +287,7 @@ pub(crate) mod tests {
                 let joint = names.iter().position(|n| *n == row.subject).unwrap();
                 let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
                 let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
-                // At an instant where the jerk jumps, the value of the segment.
+                // At an instant at which the jerk jumps, the value belongs to one of the two segments.
                 assert!(near(row.time_s) || near(row.time_s - 1e-9) || near(row.time_s + 1e-9), "{row:?}");
             }
         }
@@ -321,7 +323,7 @@ pub(crate) mod tests {
             for (factor, kept) in [(1.002, LimitProof::Proven), (0.998, LimitProof::Violated)] {
                 let mut limits = limits(&sampled(&motion), 1.0);
                 for (limits, [effort, power]) in limits.iter_mut().zip(greatest) {
-                    // Only the effort minus the dry friction is used.
+                    // Only the effort minus the dry friction is usable.
                     limits.effort = Some((0.4 + factor * (effort - 0.4)) / 0.8);
                     limits.power = Some(factor * power / 0.8);
                 }
@@ -333,19 +335,19 @@ pub(crate) mod tests {
                     let place = usize::from(row.limit == LimitKind::Power);
                     let there = drive(motion.at(row.time_s)[joint])[place];
                     let free = if place == 0 { 0.4 } else { 0.0 };
-                    // Values of hundreds, at a rounded time.
+                    // Tolerance for values of hundreds at a rounded time.
                     assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
                 }
             }
         }
     }
 
-    /// The spring, with enclosures as wide as the enclosures of many joints.
+    /// The spring with artificially wide enclosures, like the enclosures of many joints.
     struct WideEnclosure;
 
     impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // Nothing is wide at an instant. Exact ranges take more than the 20 000 enclosures, loose limits less than 100 000.
+            // At an instant nothing is wide. Exact ranges need more than 20 000 enclosures, loose limits less than 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()
@@ -370,7 +372,7 @@ pub(crate) mod tests {
         };
         for (row, reached) in of(1.5).iter().zip(&reached) {
             assert_eq!(row.kept, LimitProof::Proven, "{row:?}");
-            // The proof of the limits succeeds, not the exact range.
+            // The limits are proved, but the exact range is not found.
             assert!(row.nowhere_beyond.abs() > 1.01 * reached, "{row:?} {reached}");
         }
         assert!(of(1.0 + 1e-9).iter().all(|row| row.kept != LimitProof::Proven));

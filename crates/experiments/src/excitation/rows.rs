@@ -1,13 +1,13 @@
 //! The regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
 //!
-//! Forward: from the coefficients x to the states s = (q, dq, ddq), rad (m) and derivatives, at each instant; from these to the
-//! torques tau = Y X, N m (N), at all instants, and to the rows W = [Y, friction] / noise at the instants of a period. Backward,
-//! from the derivatives of L by tau and W:
+//! Forward: the coefficients x give the states s = (q, dq, ddq) at each instant, rad (m), s. The states give the torques tau = Y
+//! X, N m (N), at all instants, and the rows W = [Y, friction] / noise at the instants of a period. Backward, from the
+//! derivatives of a function L by tau and W:
 //!
 //! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
 //!
-//! The data of a group of states pass through all steps while they are in the cache: the whole regressor of a chain of thirty
-//! joints at all instants exceeds every cache.
+//! Each group of states passes through all steps while its data are in the cache, because the whole regressor of a chain of
+//! thirty joints at all instants exceeds every cache.
 
 use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
 use crate::excitation::criterion::CriterionRows;
@@ -16,14 +16,14 @@ use crate::excitation::torque_barrier::EnforcedDrive;
 use linear_model::friction::terms::columns_of;
 use processor::in_parallel;
 
-/// States whose functions and derivatives are computed in SIMD lanes.
+/// Number of states whose functions and derivatives are computed in SIMD lanes.
 const STATES_PER_GROUP: usize = 8;
 
 /// The rows of W at the instants of a period.
 pub(super) struct RegressorRows {
-    /// Rows by moving coordinate.
+    /// The rows of each moving coordinate.
     pub(super) of_joints: Vec<CriterionRows>,
-    /// By moving coordinate: the columns of its friction with their derivatives, instant after instant.
+    /// Friction columns of each moving coordinate as [value, derivative by dq, by ddq], instant after instant.
     pub(super) friction: Vec<Vec<[f64; 3]>>,
 }
 
@@ -33,14 +33,14 @@ impl Prepared<'_> {
         self.problem.limits.len() * self.problem.regressor.parameters().len()
     }
 
-    /// q, dq, ddq of the motion x at these instants, one after the other.
+    /// The states (q, dq, ddq) of the motion x at these instants, one after the other.
     pub(super) fn states_at(&self, instants: &[[Vec<f64>; 3]], x: &[f64]) -> Vec<f64> {
         let mut states = vec![0.0; instants.len() * self.state_width()];
         self.fill_states(instants, &self.by_coefficient(x), &mut states);
         states
     }
 
-    /// The unscaled coefficients ordered by coefficient, then by moving coordinate, so that the processor takes several
+    /// The unscaled coefficients ordered by coefficient, then by moving coordinate, so that SIMD lanes process several
     /// coordinates at once.
     fn by_coefficient(&self, x: &[f64]) -> Vec<f64> {
         let (m, moving) = (self.problem.shape.size(), self.moving().len());
@@ -65,7 +65,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// The states of the motion x at its instants, and the torques of each coordinate, N m (N); zeros without a torque barrier.
+    /// The states of the motion x at its instants, and the torques of each coordinate, N m (N). Without a torque barrier the
+    /// torques are zero.
     pub(super) fn states_and_torques(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (width, n) = (self.state_width(), self.problem.limits.len());
         let coefficients = self.by_coefficient(x);
@@ -82,7 +83,7 @@ impl Prepared<'_> {
         (states, rigid)
     }
 
-    /// The torques at these states, one after the other, N m (N); zeros without a torque barrier.
+    /// The torques at these states, one after the other, N m (N). Without a torque barrier they are zero.
     pub(super) fn rigid_torques(&self, states: &[f64]) -> Vec<f64> {
         let mut rigid = vec![0.0; states.len() / self.state_width() * self.problem.limits.len()];
         if let Some(torques) = &self.torques {
@@ -91,7 +92,7 @@ impl Prepared<'_> {
         rigid
     }
 
-    /// Derivatives by the states from derivatives by the torques of each coordinate (reverse mode).
+    /// Derivatives by the states from `weights`, the derivatives by the torques of each coordinate (reverse mode).
     pub(super) fn torques_pulled_back(&self, states: &[f64], weights: &[f64]) -> Vec<f64> {
         let mut through = vec![0.0; states.len()];
         let Some(torques) = &self.torques else { return through };
@@ -104,7 +105,7 @@ impl Prepared<'_> {
         through
     }
 
-    /// The regressor at the instants of a period, one after the other; `None` where it is not finite.
+    /// The regressor at the instants of a period, one after the other. `None` if an entry is not finite.
     pub(super) fn filled(&self, states: &[f64]) -> Option<Vec<f64>> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
@@ -113,7 +114,7 @@ impl Prepared<'_> {
         let parts = states.chunks(count * width).zip(y.chunks_mut((count * entries).max(1)));
         let are_finite = in_parallel(parts.collect(), self.threads, |(states, y): (&[f64], &mut [f64])| {
             self.problem.regressor.fill_many(states, y);
-            // Without an early exit, so that the loop is vectorised.
+            // No early exit, so that the compiler vectorises the loop.
             y.iter().fold(true, |are_finite, y| are_finite & y.is_finite())
         });
         are_finite.into_iter().all(|is_finite| is_finite).then_some(y)
@@ -142,14 +143,14 @@ impl Prepared<'_> {
         RegressorRows { of_joints, friction }
     }
 
-    /// J of a motion; `None` where its rows lack full rank.
+    /// J of the motion x. `None` if its rows do not have full rank.
     pub(crate) fn criterion(&self, x: &[f64]) -> Option<f64> {
         let (states, _) = self.states_and_torques(x);
         let RegressorRows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
         Some(self.criterion_of_rows(of_joints)?.value)
     }
 
-    /// Derivatives by the states of a period from derivatives by the entries of the rows (reverse mode).
+    /// Derivatives by the states of a period from the derivatives by the entries of `rows` (reverse mode).
     pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &RegressorRows) -> Vec<f64> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
@@ -171,7 +172,7 @@ impl Prepared<'_> {
         through
     }
 
-    /// Adds the derivatives by the rows to the derivatives by the entries of Y, from state number `first` on.
+    /// Adds the derivatives by the rows to `weights`, the derivatives by the entries of Y, from state number `first` on.
     fn add_row_slopes(&self, rows: &RegressorRows, first: usize, weights: &mut [f64]) {
         let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
         for ((joint, &i), base) in rows.of_joints.iter().zip(self.moving()).zip(&self.base) {
@@ -182,7 +183,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// Adds the contribution of the friction columns to the derivatives by these states.
+    /// Adds to `through` the derivatives of the friction columns by the states, from state number `first` on.
     fn add_friction_slopes(&self, rows: &RegressorRows, first: usize, through: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, (joint, &i)) in rows.of_joints.iter().zip(self.moving()).enumerate() {
@@ -198,7 +199,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// The gradients of torques and powers by the coefficients, one after the other.
+    /// The gradients of the torques and powers `held` by the coefficients, one after the other.
     pub(super) fn drive_slopes(&self, states: &[f64], held: &[EnforcedDrive]) -> Vec<f64> {
         let (n, width) = (self.problem.limits.len(), self.state_width());
         let at: Vec<f64> = held.iter().flat_map(|held| &states[held.instant * width..][..width]).copied().collect();
@@ -214,17 +215,17 @@ impl Prepared<'_> {
         slopes
     }
 
-    /// The states at the instants of a period.
+    /// The states at the instants of the period, without the instants of the blends.
     fn of_period<'s>(&self, states: &'s [f64]) -> &'s [f64] {
         &states[..states.len().min(self.problem.samples * self.state_width())]
     }
 
-    /// Number of values of a state: q, dq and ddq.
+    /// Number of entries of a state (q, dq, ddq).
     fn state_width(&self) -> usize {
         3 * self.problem.limits.len()
     }
 
-    /// States per thread, a multiple of the group size.
+    /// Number of states per thread, a multiple of the group size.
     fn states_of_a_thread(&self, states: &[f64]) -> usize {
         let count = states.len() / self.state_width().max(1);
         count.div_ceil(self.threads.max(1)).max(1).next_multiple_of(STATES_PER_GROUP)

@@ -1,17 +1,18 @@
-//! Torques and powers at instants, before a proof.
+//! Torques and powers at sampled instants, evaluated before a proof.
 //!
-//! A motion that exceeds a limit at an instant is scaled down without a proof. A proof of thirty joints takes twenty seconds, an
-//! evaluation at the instants one.
+//! A motion that exceeds a limit at an instant is scaled down without a proof, because a proof of thirty joints takes twenty
+//! seconds and an evaluation at the instants one second.
 
 use crate::excitation::enclosed_drives::{drives_at, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::nominal_torque::NominalTorque;
 use crate::excitation::trajectory::Trajectory;
 
-/// Instants of each initial interval of a proof.
+/// Number of instants in each initial interval of a proof.
 const SAMPLES_PER_INTERVAL: usize = 4;
 
-/// The greatest ratio of a torque or power to its usable limit, at instants: a lower bound of the ratio that a proof finds.
+/// The greatest ratio of a torque or power to its usable limit, at sampled instants: a lower bound of the ratio that a proof
+/// finds.
 pub fn sampled_excess(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &NominalTorque) -> f64 {
     let loaded = described.with_payload().map_or(0.0, |loaded| excess_of(course, limits, &loaded));
     loaded.max(excess_of(course, limits, described))

@@ -1,15 +1,15 @@
-//! Many starts, each with a descent within the barriers of the limits.
+//! Searches a motion with many starts; each start is a descent within the barriers of the limits.
 //!
-//! A start draws a spectrum for each joint (for a spline, of its control points). It scales the spectrum into the limits, which
-//! is always possible, and places its centre where the limits allow. The weight of its barriers is then lowered in steps, with a
-//! descent at each ([`crate::excitation::descent`]). Limits between the samples are enforced afterwards
-//! ([`crate::excitation::fitting`]).
+//! A start draws a random spectrum for each joint (for a spline, of its control points). It scales the spectrum down until the
+//! limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the barriers is
+//! lowered in steps, with a descent at each weight ([`crate::excitation::descent`]). Limits between the samples are enforced
+//! afterwards ([`crate::excitation::fitting`]).
 //!
-//! A third of the starts draws every joint. The others take the best motion so far and redraw two of its joints. Good motions are
-//! near one another, so the best of the same number of starts is better (docs/benchmarks.md). A start that is worse than the best
-//! at half of the weights ends there.
+//! A third of the starts draws every joint. The other starts take the best motion found so far and redraw two of its joints. Good
+//! motions are near one another, so this gives better results for the same number of starts (docs/benchmarks.md). A start that is
+//! worse than the best one after half of the weights ends there.
 //!
-//! A start depends only on the seed, its number and the rounds before it, so the result is independent of the number of threads.
+//! A start depends only on the seed, its number and the rounds before it. The number of threads does not change the result.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -28,107 +28,108 @@ use crate::excitation::watched::Watched;
 use crate::excitation::with_barriers::{RETURN_HEIGHT, WithBarriers};
 use processor::in_parallel;
 
-/// The limits of the search.
+/// Number of starts, iterations and threads of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchOptions {
     /// Number of starts.
     pub starts: usize,
     /// Greatest number of iterations at each weight of the barriers.
     pub iterations: usize,
-    /// Seed of the starts.
+    /// Seed of the random numbers of all starts.
     pub seed: u64,
-    /// Threads that share the starts; the result is independent of them.
+    /// Number of threads that share the starts; it does not change the result.
     pub threads: usize,
 }
 
 /// The result of one start.
 #[derive(Clone, Debug)]
 pub struct StartResult {
-    /// Its number.
+    /// Number of the start.
     pub start: usize,
     /// Coefficients of each coordinate.
     pub joints: Vec<Vec<f64>>,
-    /// J.
+    /// Criterion J of the motion.
     pub criterion: f64,
-    /// The least distance to a kinematic limit over half its width, with its coordinate and limit.
+    /// The least distance to a kinematic limit over half the width of the limit, with the coordinate and the kind of limit.
     pub room: (f64, usize, LimitKind),
-    /// The greatest ratio of a torque or power to its bound, with its coordinate and limit, where there are any.
+    /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: no bounds.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The least distance between bodies above its bound, m, with its gap; `None` where no bodies are near.
+    /// The gap nearest to its bound: distance above the bound, m, and index of the gap. `None`: no bodies are near.
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Weights of the barriers. The last one costs less than a thousandth of the determinant a limit. A start from a good motion
-/// begins at the second.
+/// Weights of the barriers, from first to last. At the last weight, each limit reduces the determinant by less than a thousandth.
+/// A start from a good motion skips the first weight.
 const BARRIER_WEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_BARRIER_WEIGHT];
 /// The last weight of [`BARRIER_WEIGHTS`].
 const LAST_BARRIER_WEIGHT: f64 = 5e-5;
-/// Least decrease of a step as a share of 1 + |J|, at the last weight and at the weights before. Three smaller decreases in
-/// sequence end a descent; the remaining decrease follows at the next weight. 1e-7 at all weights gives motions that are 0.3 %
-/// better, in a third more time (five seeds on UR5 and Panda).
+/// Least decrease of a step as a share of 1 + |J|: at the last weight, and at the weights before. A descent ends after three
+/// consecutive smaller decreases; the remaining decrease follows at the next weight. 1e-7 at all weights gives motions that are
+/// 0.3 % better, in a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
-/// Iterations between two searches for torque peaks between the instants, where torques are near their bounds.
+/// If torques are near their bounds, torque peaks between the instants are searched again after this number of iterations.
 const ITERATIONS_PER_PEAK_SEARCH: usize = 25;
-/// Iterations between two such searches where a torque exceeds its bound.
+/// If a torque exceeds its bound, torque peaks are searched again after this number of iterations.
 const ITERATIONS_PER_PEAK_SEARCH_BEYOND: usize = 10;
-/// Factor of a bound from which its torque counts as far beyond.
+/// If the temporary bound of a torque is raised by more than this factor, the torque counts as far above its bound.
 const LARGE_RELIEF: f64 = 1.01;
-/// Descents at a higher weight, at most, that return torques within their bounds.
+/// Greatest number of descents at a higher weight that bring torques back below their bounds.
 const MAX_RETURN_DESCENTS: usize = 12;
-/// With more moving joints, a start takes half of its iterations at the weights above [`SELECTION_WEIGHT`]: an iteration costs
-/// much, and the remaining decrease follows at the next weight.
+/// Greatest number of moving joints with which a start uses all iterations at the weights above [`SELECTION_WEIGHT`]. With more
+/// joints it uses half, because an iteration is expensive and the remaining decrease follows at the next weight.
 const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
-/// Least decrease of a step as a share of 1 + |J| with bodies at those weights, where a descent takes a third of its iterations
-/// at the first and half at the others: two thirds of the evaluations. The best of twelve starts is equally good on the Panda
-/// (four seeds) and 2 % worse on the xarm7 (two); a robot of seven joints without bodies would lose 1 %, and takes all
-/// iterations.
+/// Least decrease of a step at those weights for a robot with bodies, as a share of 1 + |J|. Such a descent takes a third of its
+/// iterations at the first weight and half at the others: two thirds of the evaluations. The best of twelve starts is equally
+/// good on the Panda (four seeds) and 2 % worse on the xarm7 (two). A robot of seven joints without bodies would lose 1 %, so it
+/// takes all iterations.
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
-/// The weight at which starts are compared.
+/// The weight of the barriers at which starts are compared.
 const SELECTION_WEIGHT: f64 = 2e-3;
-/// A start whose J exceeds the best J at that weight by more than this, 3 % of det^(1/p), ends there: the further decrease is
-/// about the same for every start.
+/// A start ends at [`SELECTION_WEIGHT`] if its J exceeds the best J there by more than this (3 % of det^(1/p)), because the
+/// further decrease is about the same for every start.
 const SELECTION_MARGIN: f64 = 0.03;
-/// Index of the weight at which a start begins again with prior information, after a descent without it.
+/// Index of the weight at which a start begins again with prior information, after a descent without prior information.
 const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
-/// Starts of a round that takes the best motion. The number is the same for any number of threads.
+/// Number of starts in a round of starts from the best motion. It is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Joints of the best motion that such a start redraws.
+/// Number of joints of the best motion that a start redraws.
 const REDRAWN_JOINTS: usize = 2;
-/// Draws for one start, at most.
+/// Greatest number of random draws for one start.
 const MAX_DRAWS_PER_START: usize = 60;
-/// Times a drawn motion is scaled down, at most.
+/// Greatest number of times that a drawn motion is scaled down.
 const MAX_SHRINKS_PER_DRAW: usize = 12;
-/// Greatest ratio of a torque to its bound at which a drawn motion is accepted.
+/// A drawn motion is accepted if the ratio of each torque to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// Centres drawn for a start whose robot has bodies, and draws about free ones, before descents search a centre: a robot that
-/// needs more has hardly any free pose.
+/// Greatest number of centres drawn for a start of a robot with bodies, and of draws about free centres. After that, descents
+/// search a centre: a robot that needs more draws has hardly any free pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
-/// Times that a motion about a centre from a descent is scaled down: a smaller one cannot separate the columns of many joints,
-/// and no descent can start with it.
+/// Greatest number of times that a motion about a centre from a descent is scaled down. A smaller motion cannot separate the
+/// columns of many joints, and no descent can start from it.
 const MAX_SHRINKS_AFTER_DESCENT: usize = 9;
-/// Descents of a start, at most.
+/// Greatest number of descents of a start that search a centre.
 const MAX_DESCENTS_PER_START: usize = 40;
-/// Share of the position range about a centre from a descent that the swing of a motion may use.
+/// Share of the position range about a centre (found by a descent) that the swing of a motion may use.
 const SWING_RANGE_SHARE: f64 = 0.9;
-/// Factor of a swing when a drawn motion is scaled down.
+/// Factor by which the swing of a drawn motion is scaled down.
 const SHRINK_FACTOR: f64 = 0.7;
-/// Factor of a swing when a given motion is scaled down.
+/// Factor by which the swing of a given motion is scaled down.
 const FINE_SHRINK_FACTOR: f64 = 0.9;
-/// Least and greatest share of the limits that a drawn motion uses.
+/// Least and greatest share of the limits that a drawn motion uses; the share is random.
 const DRAWN_LIMIT_SHARES: (f64, f64) = (0.4, 0.85);
 /// Share of the position range that a drawn motion keeps free at each end.
 const DRAWN_RANGE_MARGIN: f64 = 0.05;
 
-/// All starts that found a motion, the best first. `progress` is called as each start ends, with the number of ended starts.
+/// Searches a motion and gives the results of all successful starts, the best first. `progress` is called at the end of each
+/// start, with the number of ended starts.
 ///
-/// Fails where no start keeps the limits, with the obstacle. Interrupted, it gives the results so far.
+/// Fails with the reason if no start keeps the limits. If it is interrupted, it gives the results so far.
 pub fn search(
     problem: &Problem,
     options: &SearchOptions,
     progress: &(dyn Fn(usize, Option<&StartResult>) + Sync),
 ) -> Result<Vec<StartResult>, NoMotion> {
-    // A start uses the threads that other starts do not need.
+    // A start also uses the threads that other starts do not need.
     let threads_of_start = (options.threads / options.starts.max(1)).max(1);
     let prepared = Prepared::new(problem).with_threads(threads_of_start);
     if prepared.moving().is_empty() {
@@ -137,13 +138,13 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
-    // With much prior information the criterion is flat, and its gradient leads to poor motions. So a start first descends to the
-    // best motion without it.
+    // With much prior information the criterion is flat, and its gradient leads to poor motions. Therefore a start first descends
+    // to the best motion without prior information.
     let alone = Problem { prior: &[], ..problem.clone() };
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone).with_threads(threads_of_start));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
     let search = SharedSearch { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
-    // Only the starts that may still win continue to the last weight.
+    // Only the starts that may still become the best continue to the last weight.
     let mut promising = f64::INFINITY;
     let mut round = |starts: Range<usize>, best: Option<&[f64]>| {
         let begin = |start: usize| {
@@ -184,8 +185,8 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
-/// The result of a search from this motion on `threads` threads within the barriers of the problem; `None` where even a small
-/// motion about the same centre is outside.
+/// Searches from a given motion, on `threads` threads. `None` if even a small motion about the same centre is outside the
+/// barriers.
 pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints: &[Vec<f64>]) -> Option<StartResult> {
     let prepared = Prepared::new(problem).with_threads(threads);
     let (m, seen) = (problem.shape.size(), Seen::default());
@@ -207,7 +208,7 @@ pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints:
     search.ended(begun).ok()
 }
 
-/// J of a motion; `None` where its rows lack full rank.
+/// J of a motion. `None` if its rows do not have full rank.
 pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
     let prepared = Prepared::new(problem);
     prepared.criterion(&prepared.scaled(joints))
@@ -215,24 +216,24 @@ pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
 
 /// The data that all starts of a search share.
 struct SharedSearch<'a> {
-    /// The problem without prior information, where there is any.
+    /// The problem without prior information. `None` if the problem has no prior information.
     alone: Option<&'a Prepared<'a>>,
     prepared: &'a Prepared<'a>,
     problem: &'a Problem<'a>,
     iterations: usize,
 }
 
-/// A start after its descents down to [`SELECTION_WEIGHT`].
+/// A start after the descents at weights down to [`SELECTION_WEIGHT`].
 struct CandidateStart {
     start: usize,
     x: Vec<f64>,
     seen: Seen,
     watched: Watched,
-    /// J at this weight; without prior information, where there is any.
+    /// J at this weight, without prior information.
     criterion: f64,
 }
 
-/// One start down to [`SELECTION_WEIGHT`]: from a random motion, or from the best so far with some of its joints redrawn.
+/// Runs one start down to [`SELECTION_WEIGHT`]: from a random motion, or from the best motion with some joints redrawn.
 fn candidate_start(
     search: &SharedSearch,
     seed: u64,
@@ -259,7 +260,7 @@ impl SharedSearch<'_> {
         Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// The remaining descents. With prior information: first without it, then with it, at decreasing weights.
+    /// The descents at the remaining weights. With prior information: first without it, then with it, at decreasing weights.
     fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
         let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
@@ -272,7 +273,7 @@ impl SharedSearch<'_> {
         self.found(&CandidateStart { x, ..begun })
     }
 
-    /// The descents at one weight after the other.
+    /// Descends at one weight after the other; gives the last motion.
     fn descended<'p>(
         &self,
         heights: impl Iterator<Item = (&'p Prepared<'p>, f64)>,
@@ -298,7 +299,7 @@ impl SharedSearch<'_> {
             while left > 0 && Interruption::check().is_ok() {
                 let watching = watched.renewed(prepared, &x);
                 let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
-                // Low weights keep a motion where it is: a torque far beyond its bound returns at a higher weight.
+                // Low weights hardly move a motion, so a torque far above its bound is brought back at a higher weight.
                 let height = if relief > LARGE_RELIEF { height.max(RETURN_HEIGHT) } else { height };
                 let walled = WithBarriers::new(watching.as_ref().unwrap_or(prepared), height, seen);
                 let portion = match (is_pressed, relief > 1.0) {
@@ -320,7 +321,7 @@ impl SharedSearch<'_> {
         x
     }
 
-    /// The result at x, with J without the barriers.
+    /// The result at x; its J is without the barriers.
     fn found(&self, CandidateStart { start, x, seen, .. }: &CandidateStart) -> Result<StartResult, NoMotion> {
         let prepared = self.prepared;
         let criterion = prepared.criterion(x).ok_or_else(|| too_small(prepared, self.problem, x))?;
@@ -336,7 +337,7 @@ impl SharedSearch<'_> {
     }
 }
 
-/// A random motion about a random centre, scaled to a share of the limits.
+/// Draws a random motion about a random centre, scaled to a random share of the limits.
 fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
     let m = problem.shape.size();
     let barrier = prepared.barrier();
@@ -366,14 +367,14 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// The turn of a range of centres that is nearest to zero: other turns give the same rows, and wind up cables.
+/// Cuts a range of centres to one turn about zero: other turns give the same rows, but wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))
 }
 
-/// The best motion with some of its joints redrawn, their swing as small as torques and distances require; `None` where no tried
-/// swing is small enough.
+/// The best motion with some joints redrawn. The swing of these joints is reduced until torques and distances are kept. `None` if
+/// no tried swing is small enough.
 fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random, seen: &Seen) -> Option<Vec<f64>> {
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
@@ -390,12 +391,12 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     None
 }
 
-/// Scales the swing of a joint about its centre down.
+/// Scales the swing of a joint about its centre down by [`SHRINK_FACTOR`].
 fn shrink(joint: &mut [f64]) {
     joint[1..].iter_mut().for_each(|x| *x *= SHRINK_FACTOR);
 }
 
-/// Draws the coefficients of a coordinate without its centre, from a random spectrum of its velocity.
+/// Draws the coefficients of a coordinate, without its centre, from a random spectrum of the velocity.
 fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
     for l in 0..x.len() / 2 {
         // The square gives some harmonics a very small amplitude.
@@ -403,7 +404,8 @@ fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
         match shape {
             MotionShape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
             MotionShape::Spline(spline) => {
-                // Half-waves vanish at both ends. The amplitude of the position is the amplitude of the velocity over l.
+                // Half-waves vanish at both ends. The amplitude of the position is the amplitude of the velocity divided by the
+                // number of half-waves.
                 let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
                 let turn = PI * half_waves / spline.spans as f64;
                 let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
@@ -413,8 +415,8 @@ fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
     }
 }
 
-/// A motion within all limits: a random spectrum, scaled, about a random centre; where no tried centre is free, about one that a
-/// descent finds from the zero pose, from the middle of the limits, and from random poses.
+/// A random motion within all limits, about a random centre. If no tried centre is free, a descent finds the centre: from the
+/// zero pose, from the middle of the limits, and from random poses.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &Seen) -> Result<Vec<f64>, NoMotion> {
     let mut tried = NearestAttempt { weakest: (f64::INFINITY, 0, LimitKind::Effort), narrowest: None };
     let (centres, most) = match problem.surroundings {
@@ -422,7 +424,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
         None => (MAX_DRAWS_PER_START, MAX_DRAWS_PER_START),
     };
     let mut draws = 0;
-    // Random centres are cheap to test.
+    // Testing a random centre is cheap.
     for _ in 0..centres {
         if draws == most || Interruption::check().is_err() {
             break;
@@ -435,7 +437,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
             }
         }
     }
-    // A descent costs more, and finds narrow free regions.
+    // A descent is more expensive, but it finds narrow free regions.
     for descent in 0..MAX_DESCENTS_PER_START {
         if Interruption::check().is_err() {
             break;
@@ -456,21 +458,21 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
     Err(tried.why())
 }
 
-/// Whether one of two starts has an initial motion: much faster than a search.
+/// Whether one of two starts finds an initial motion; much faster than a search.
 pub fn can_begin(problem: &Problem, seed: u64) -> bool {
     let prepared = Prepared::new(problem);
     let has_motion = |start| first(&prepared, problem, &mut Random::stream(seed, start), &Seen::default()).is_ok();
     prepared.moving().is_empty() || (0..2).any(has_motion)
 }
 
-/// The limits that were nearest to being kept in all trials.
+/// The violated limits that came nearest to being kept, over all tried motions.
 struct NearestAttempt {
     weakest: (f64, usize, LimitKind),
     narrowest: Option<(f64, usize)>,
 }
 
 impl NearestAttempt {
-    /// Whether the distances of bodies are sufficient; about a centre with a collision there is no motion, however small.
+    /// Whether the distances of bodies are sufficient. About a centre with a collision there is no motion, however small.
     fn is_free(&mut self, prepared: &Prepared, nearest: Option<(f64, usize)>) -> bool {
         let is_free = prepared.is_inside(nearest);
         if let Some(near) = nearest.filter(|n| !is_free && self.narrowest.is_none_or(|best| n.0 > best.0)) {
@@ -479,8 +481,8 @@ impl NearestAttempt {
         is_free
     }
 
-    /// The motion scaled down until it is within the limits of torques and distances. Down to a tenth of the swing the torque may
-    /// come from the motion; below, it is the gravity torque.
+    /// Scales the motion down until it keeps the limits of torques and distances; `None` if it never does. A torque that is still
+    /// too large at a tenth of the swing is a gravity torque.
     fn small_enough(&mut self, prepared: &Prepared, mut x: Vec<f64>, seen: &Seen, shrinks: usize) -> Option<Vec<f64>> {
         let m = x.len() / prepared.moving().len();
         for _ in 0..shrinks {
@@ -508,7 +510,7 @@ impl NearestAttempt {
     }
 }
 
-/// Moves a motion to another centre and scales its swings to the range there.
+/// Moves a motion to the centre `centre` and scales its swings to the position range there.
 fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f64]) {
     let m = problem.shape.size();
     for (j, &k) in prepared.moving().iter().enumerate() {
@@ -580,7 +582,7 @@ pub(crate) mod tests {
         TorqueBarrier { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
     }
 
-    /// A pendulum that swings within limits and a torque.
+    /// The search problem of a pendulum with limits of motion and torque.
     pub(crate) fn problem<'a>(
         arm: &'a Pendulum,
         limits: &'a [CoordinateLimits],
@@ -617,7 +619,7 @@ pub(crate) mod tests {
                 assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
             }
             assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
-            // The descent ends far above the values of random motions.
+            // J after the descent is far better than J of a random motion.
             let prepared = Prepared::new(&problem);
             let random = first(&prepared, &problem, &mut Random::new(1), &Seen::default()).unwrap();
             assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
@@ -628,8 +630,8 @@ pub(crate) mod tests {
     fn what_cannot_move_says_why() {
         let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
-        // Dry friction alone takes 0.2 N m, more than a hundredth of 12. (With 0.04 N m there is a motion near the end of the
-        // range, where the gravity torque is zero.)
+        // Dry friction alone needs 0.2 N m, more than a hundredth of 12. (With 0.04 N m there would be a motion near the end of
+        // the range, at which the gravity torque is zero.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };

@@ -1,53 +1,54 @@
-//! Regions of the bodies of a robot: boxes, floors, walls, and the distance between its own links.
+//! Limits of the bodies of a robot in space: boxes, floors, walls, and distances between the robot's own links.
 //!
-//! Positions are in the base frame, m. A motion's own file may make a check tighter; only the user may exclude something from it.
-//! Not here: the bodies themselves, which only the description has.
+//! Positions are in the base frame, m. A motion's own file can only make a check tighter; only the user can exclude something
+//! from a check. Not here: the bodies themselves, which come from the description.
 
 use serde::{Deserialize, Serialize};
 
-/// Regions of bodies.
+/// Limits of the bodies in space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// Lowest height of moving links, z of the base frame in m; or `none`. Not given: the plane of the base where no moving link
-    /// is below it at the zero pose.
+    /// Lowest allowed height of moving links, z of the base frame in m; or `none`. Not given: the plane of the base, if no moving
+    /// link is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
-    /// Planes with an allowed side for links.
+    /// Planes; links must stay on the allowed side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
-    /// Boxes that links stay in.
+    /// Boxes that links must stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair has.
+    /// Least distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair has if this is
+    /// less.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
-    /// Where neither a distance nor a floor is given: the least distance between links and to the plane of the base, m, or half
-    /// of the distance that they have. Not given: a search keeps 0.02 where a motion can; a check requires 0.01 between links and
-    /// 0 to the plane.
+    /// Default if neither a distance nor a floor is given: the least distance between links and to the plane of the base, m, or
+    /// half of the distance that they already have. Not given: a search keeps 0.02 if a motion can; a check requires 0.01 between
+    /// links and 0 to the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
-    /// Whether distances between links of the robot are checked.
+    /// Whether distances between the robot's own links are checked.
     pub own_links: bool,
     /// Pairs of links that may touch, each with the reason: `[LINK, LINK, REASON]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Vec<String>>,
-    /// Pairs that motions of an earlier version excluded; no limits file has it.
+    /// Pairs of links that motion files of an earlier version excluded; a limits file never has it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
 }
 
-/// A floor.
+/// A floor, or its explicit absence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Floor {
     /// A floor at this height, m.
     At(f64),
-    /// No floor.
+    /// `none`: there is no floor.
     Word(FloorWord),
 }
 
-/// The word in place of a height.
+/// The word that replaces the height of a floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FloorWord {
@@ -56,10 +57,10 @@ pub enum FloorWord {
 }
 
 impl Floor {
-    /// The absence of a floor.
+    /// Explicitly no floor.
     pub const NOWHERE: Floor = Floor::Word(FloorWord::None);
 
-    /// Height, m, where there is a floor.
+    /// Height of the floor, m; `None` if there is no floor.
     pub fn height(self) -> Option<f64> {
         match self {
             Floor::At(height) => Some(height),
@@ -83,7 +84,7 @@ impl Default for SpaceLimits {
     }
 }
 
-/// A plane with an allowed side.
+/// A plane; links must stay on its allowed side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
@@ -91,7 +92,7 @@ pub struct Wall {
     pub point: [f64; 3],
     /// Direction to the allowed side, of any length.
     pub normal: [f64; 3],
-    /// Links of the file that must stay on that side; none: all that move.
+    /// Names of the links that must stay on that side. `None`: all moving links.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub links: Option<Vec<String>>,
 }
@@ -104,14 +105,14 @@ pub struct SpaceBox {
     pub low: [f64; 3],
     /// Greatest x, y, z, m.
     pub high: [f64; 3],
-    /// Links of the file that must stay in; none: all that move.
+    /// Names of the links that must stay in the box. `None`: all moving links.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub links: Option<Vec<String>>,
 }
 
 impl SpaceLimits {
-    /// The limits for a check of a motion that was made with `self`: the limits of the user, tightened by the motion's own; the
-    /// motion's file excludes nothing.
+    /// The limits for the check of a motion: the limits of the user, tightened by `self`, the limits in the motion's file. That
+    /// file cannot exclude anything.
     pub fn held_to(&self, user: &SpaceLimits) -> SpaceLimits {
         let walls = user.walls.iter().chain(self.walls.iter().filter(|wall| !user.walls.contains(wall)));
         let boxes = user.boxes.iter().chain(self.boxes.iter().filter(|cell| !user.boxes.contains(cell)));
@@ -130,7 +131,7 @@ impl SpaceLimits {
         }
     }
 
-    /// The pairs that may touch: link, link, reason.
+    /// The pairs that may touch: (link, link, reason).
     pub fn accepted(&self) -> Vec<(String, String, String)> {
         let triple = |pair: &Vec<String>| match &pair[..] {
             [a, b, reason] => Some((a.clone(), b.clone(), reason.clone())),
@@ -139,7 +140,7 @@ impl SpaceLimits {
         self.accept.iter().filter_map(triple).collect()
     }
 
-    /// The reason why these limits are not valid; `None` where they are.
+    /// The reason why these limits are not valid; `None` if they are valid.
     pub fn fault(&self) -> Option<String> {
         let lengths = [("distance", self.distance), ("spacing", self.spacing)];
         let mut given = lengths.into_iter().filter_map(|(key, x)| Some((key, x?)));

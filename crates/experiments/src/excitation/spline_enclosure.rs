@@ -1,28 +1,29 @@
 //! Proved bounds of a quintic spline and its derivatives on an interval of time.
 //!
 //! The k-th derivative is a spline of degree p = 5 - k on the same knots t. Its control points are differences of the control
-//! points of the derivative before:
+//! points of derivative k - 1:
 //!
 //! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
 //!
-//! On the interval [a, b] of a span it is between the least and the greatest of the control points after knot insertion at a and
-//! b: the polar form with p - j arguments a and j arguments b [Ramshaw 1989]. Everything is in interval arithmetic.
+//! On an interval [a, b] inside a span, the derivative is between the least and the greatest of the control points after knot
+//! insertion at a and b: the polar form with p - j arguments a and j arguments b [Ramshaw 1989]. All computations use interval
+//! arithmetic.
 
 use numerics::interval::Interval;
 
 use crate::excitation::quintic_spline::{QuinticSpline, SPLINE_DEGREE};
 
-/// A spline with the data for its enclosures.
+/// A spline prepared for enclosures.
 pub struct EnclosedSpline {
     shape: QuinticSpline,
-    /// K/T, 1/s.
+    /// Spans per second K/T, 1/s.
     rate: Interval,
-    /// By coordinate: the control points of the position and of its first four derivatives.
+    /// Control points of the position and of its first four derivatives, for each coordinate.
     joints: Vec<[Vec<Interval>; 5]>,
 }
 
 impl EnclosedSpline {
-    /// `joints`: by coordinate (c, d_1, d_2, ..).
+    /// Prepares a spline for enclosures. `joints`: coefficients (c, d_1, d_2, ..) of each coordinate.
     pub fn new(shape: QuinticSpline, joints: &[Vec<f64>]) -> EnclosedSpline {
         let rate = Interval::point(shape.spans as f64).over(Interval::point(shape.period));
         let joints = joints.iter().map(|x| {
@@ -41,11 +42,11 @@ impl EnclosedSpline {
         EnclosedSpline { shape, rate, joints: joints.collect() }
     }
 
-    /// Position and four derivatives of each coordinate on an interval of the spline, s.
+    /// Encloses position and four derivatives of each coordinate on a time interval of the spline, s.
     pub fn on(&self, part: Interval) -> Vec<[Interval; 5]> {
         let spans = self.shape.spans;
         let [from, to] = [part.low, part.high].map(|t| Interval::point(t) * self.rate);
-        // A rounded end of the interval may lie in the neighbouring span.
+        // The end of the interval may be rounded into the neighbouring span.
         let [first, last] = [from.low, to.high].map(|u| (u.max(0.0) as usize).min(spans.saturating_sub(1)));
         let of = |points: &[Vec<Interval>; 5]| -> [Interval; 5] {
             std::array::from_fn(|k| {
@@ -62,7 +63,8 @@ impl EnclosedSpline {
         self.joints.iter().map(of).collect()
     }
 
-    /// The hull of the control points for the interval from a to b of a span, for a spline of this degree.
+    /// Hull of the control points of a spline of this degree after restriction to the interval from a to b, which is inside
+    /// `span`.
     fn restricted(&self, points: &[Interval], degree: usize, span: usize, a: Interval, b: Interval) -> Interval {
         let polar = |j: usize| {
             let mut left = points[span..=span + degree].to_vec();
@@ -80,7 +82,7 @@ impl EnclosedSpline {
             }
             left[0]
         };
-        // At an instant all control points are equal.
+        // If a equals b, all control points are equal.
         let last = if a == b { 0 } else { degree };
         (0..=last).map(polar).reduce(Interval::hull).unwrap_or(Interval::ALL)
     }

@@ -1,15 +1,16 @@
-//! The distance and time of stopping from any instant of a motion, and whether the limits and the distances of bodies cover it.
+//! Distance and time of stopping from any instant of a motion, and whether position limits and distances of bodies suffice for
+//! it.
 //!
-//! A joint with velocity v that brakes at its limit of acceleration a stops after v/a s, at
+//! A joint at position q with velocity v that brakes with its limit of acceleration a stops after |v|/a s, at
 //!
 //! ```text
 //! q + v |v| / (2 a)
 //! ```
-//! Each joint brakes independently, so the bodies are somewhere in the box between all q and all stop positions. The distance of
-//! bodies in the box is at least the distance at its middle minus the motion of the bodies to its sides, by the ranges of the
-//! joints; the true distance may be greater. The bounds hold on each interval of the motion, not only at instants.
+//! Each joint brakes independently, so the configuration stays in the box between all q and all stop positions. The distance of
+//! bodies in the box is at least the distance at its middle minus the motion of the bodies towards its sides (Lipschitz bounds by
+//! joint); the true distance may be greater. The bounds hold on each interval of the motion, not only at instants.
 //!
-//! Not here: the stopping of a drive. It may brake below its limit of acceleration, or not at all after a power failure.
+//! Not here: how a real drive stops. It may brake with less than its limit of acceleration, or not at all after a power failure.
 
 use claims::significant;
 use numerics::interruption::Interruption;
@@ -22,15 +23,15 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::CertificateRow;
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
-/// The greatest stopping distance of a joint over all instants.
+/// The greatest stopping distance of one joint over all instants of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stopping {
-    /// Its coordinate.
+    /// Name of the coordinate.
     pub coordinate: String,
-    /// Time after the start of the motion at which stopping would begin, s.
+    /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Proved greatest velocity, rad/s (m/s).
+    /// Proved greatest velocity of the joint, rad/s (m/s).
     pub velocity: f64,
     /// Time of stopping, s.
     pub time_s: f64,
@@ -38,50 +39,51 @@ pub struct Stopping {
     pub path: f64,
 }
 
-/// The least distance to a limit or between bodies while stopping.
+/// The least distance to a position limit, or between bodies, while stopping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoppingMargin {
-    /// A coordinate, or two bodies, or one at a wall.
+    /// Name of the coordinate; or two bodies; or a body and a wall.
     pub subject: String,
-    /// Time after the start of the motion at which stopping would begin, s.
+    /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Distance to the limit of position, rad (m), or between bodies, m; negative: stopping is not covered.
+    /// Distance to the position limit, rad (m), or between bodies, m. Negative: stopping is not covered.
     pub room: f64,
 }
 
-/// The distances of bodies while stopping.
+/// The distances of bodies while stopping, summarised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StopBodies {
     /// Number of checked distances.
     pub distances: usize,
-    /// Number of distances that are proved to stay above zero, with their margins.
+    /// Number of distances that are proved to stay non-negative, with their margins.
     pub covered: usize,
-    /// The least distance.
+    /// The least of all distances.
     pub least: StoppingMargin,
 }
 
-/// The distances and times of stopping.
+/// Distances and times of stopping for a whole motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StoppingMotions {
-    /// The coordinate with the longest distance, and the one with the longest time; none where no acceleration is limited.
+    /// The coordinate with the longest stopping distance and the coordinate with the longest stopping time. Empty if no
+    /// acceleration is limited.
     pub joints: Vec<Stopping>,
-    /// The least distance to the limits of position.
+    /// The least distance to a position limit while stopping. `None`: no moving joint has finite limits.
     pub positions: Option<StoppingMargin>,
-    /// The distances of bodies.
+    /// The distances of bodies while stopping. `None`: there are no bodies to check, or the check was interrupted.
     pub bodies: Option<StopBodies>,
 }
 
-/// Accuracy of the distance to a limit of position, relative to the width of the limit.
+/// Accuracy of the distance to a position limit, relative to the width of the limits.
 const RANGE_TOLERANCE: f64 = 1e-3;
-/// Enclosures of a segment, at most.
+/// Greatest number of enclosures per segment.
 const MAX_ENCLOSURES_PER_SEGMENT: usize = 4000;
 /// Relative rounding error of a stopping distance.
 const STOPPING_DISTANCE_ROUNDING: f64 = 1e-14;
 
-/// Distances and times of stopping on a trajectory. `rows`: of its certificate, with the proved velocities.
+/// Computes distances and times of stopping along a trajectory. `rows`: the certificate, with the proved velocities.
 pub fn stops(
     course: &dyn Trajectory,
     rows: &[CertificateRow],
@@ -100,7 +102,7 @@ pub fn stops(
 fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], names: &[String]) -> Vec<Stopping> {
     let one = |(name, limits): (&String, &CoordinateLimits)| {
         let row = rows.iter().find(|row| row.limit == LimitKind::Velocity && row.subject == *name)?;
-        // The row has the end that is nearest to its limit.
+        // The row has the velocity bound (lower or upper) that is nearest to its limit.
         let (v, a) = (row.nowhere_beyond.abs(), limits.acceleration);
         a.is_finite().then(|| Stopping {
             coordinate: name.clone(),
@@ -116,7 +118,7 @@ fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], na
     farthest.into_iter().chain(longest).cloned().collect()
 }
 
-/// Stop position of a joint that brakes on an interval; `position` where the joint has no limit of acceleration.
+/// Stop position of a joint that brakes on an interval; equals `position` if the joint has no limit of acceleration.
 fn stand(position: Interval, velocity: Interval, acceleration: f64) -> Interval {
     if !acceleration.is_finite() {
         return position;
@@ -127,7 +129,7 @@ fn stand(position: Interval, velocity: Interval, acceleration: f64) -> Interval 
     position + Interval::new(low - off, high + off)
 }
 
-/// The least distance to a limit of position while stopping.
+/// The least distance to a position limit while stopping. `None` if no joint can be checked.
 fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Option<StoppingMargin> {
     // Only a moving joint with finite limits can be covered.
     let is_given = |l: &CoordinateLimits| {
@@ -149,7 +151,7 @@ fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names
         let found = ranges(Interval::new(0.0, stretch.length), subdivision, &sought, enclose);
         for (&k, range) in given.iter().zip(&found) {
             let (low, high) = limits[k].position;
-            // The proved ends of the range, not the reached ones.
+            // Uses the proved ends of the range, not the values that were reached.
             let mut take = |end: &Extreme, room: f64| {
                 if least.as_ref().is_none_or(|known| room < known.room) {
                     least = Some(StoppingMargin { subject: names[k].clone(), at_s: stretch.start + end.time, room });
@@ -162,7 +164,7 @@ fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names
     least
 }
 
-/// The least distances of bodies in the boxes of stopping; `None` if interrupted.
+/// The least distances of bodies while stopping. `None` if interrupted.
 fn room_of_bodies(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],
@@ -177,7 +179,7 @@ fn room_of_bodies(
             if interruption.is_raised() {
                 return None;
             }
-            // The box of a joint: from its positions to its stop positions.
+            // Range of each joint: from its positions to its stop positions.
             let boxes = enclosed.on(i, part).into_iter().zip(limits).map(|(held, limits)| {
                 let reached = held[0].hull(stand(held[0], held[1], limits.acceleration));
                 (reached.middle(), 0.5 * reached.width() * (1.0 + STOPPING_DISTANCE_ROUNDING))
@@ -192,7 +194,7 @@ fn room_of_bodies(
             }
         }
     }
-    // A margin of a gap is reserved for errors, so it does not count.
+    // The margin of a gap is reserved for errors, so stopping must not use it.
     let covered = least.iter().filter(|(room, _)| *room >= 0.0).count();
     let (gap, (room, at_s)) = gaps.iter().zip(least).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some(StopBodies {
@@ -209,7 +211,7 @@ fn parts_of(stretch: &TrajectorySegment) -> impl Iterator<Item = Interval> {
 }
 
 impl StoppingMotions {
-    /// The distances and times of stopping, in lines.
+    /// The distances and times of stopping as text, one line for each statement.
     pub fn text(&self) -> String {
         let mut text = String::new();
         // One line for each listed joint.

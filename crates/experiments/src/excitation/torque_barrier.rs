@@ -1,6 +1,6 @@
-//! The torques and powers of the drives as a barrier that a descent stays within.
+//! The limits of torques and powers as a logarithmic barrier, which keeps a descent inside the limits.
 //!
-//! With S instants a period, and a sum over all coordinates at the instants of the period and of the blends,
+//! S: instants in a period. The sum is over all coordinates at the instants of the period and of the blends; v: value, u: bound.
 //!
 //! T = -1/S sum log((u - v) / u) + log((u + v) / u)
 //!
@@ -9,26 +9,26 @@
 //! | tau = Y X + FV dq + OFF, N m (N) | share effort - FS |
 //! | P = tau dq + FS abs(dq), W | share power |
 //!
-//! At rest P is zero and the barrier flat, so T has a continuous gradient although abs(dq) has none.
+//! At rest P is zero and the barrier is flat; therefore T has a continuous gradient although abs(dq) has none.
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::NominalFriction;
 
-/// Share of their bound that torques and powers may use at samples. The rest covers peaks between samples.
+/// Share of their bounds that torques and powers may use at samples; the rest covers peaks between samples.
 const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
 
-/// Torques of the description with their limits.
+/// The barrier of the nominal torques and powers.
 #[derive(Clone, Debug)]
 pub struct TorqueBarrier {
-    /// Base parameters, in the order of the regressor.
+    /// Values of the base parameters, in the order of the regressor.
     pub parameters: Vec<f64>,
-    /// Friction, one per coordinate.
+    /// Friction coefficients, one per coordinate.
     pub friction: Vec<NominalFriction>,
-    /// Share of the limits of effort and power.
+    /// Share of the limits of effort and power that a motion may use.
     pub share: f64,
 }
 
-/// A bounded quantity of a coordinate at an instant.
+/// A torque or power of a coordinate at an instant, with its bound.
 struct BoundedQuantity {
     limit: LimitKind,
     value: f64,
@@ -38,7 +38,7 @@ struct BoundedQuantity {
 }
 
 impl TorqueBarrier {
-    /// The bounded quantities of coordinate k at velocity `dq`; `rigid`: Y X.
+    /// The torque and the power of coordinate k at velocity `dq`, if they are limited; `rigid`: Y X of this coordinate, N m (N).
     fn bounded_quantities(
         &self,
         k: usize,
@@ -64,9 +64,10 @@ impl TorqueBarrier {
         effort.into_iter().chain(power)
     }
 
-    /// The greatest ratio of a quantity to its bound, with its coordinate and limit; `None` where nothing is bounded.
+    /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None` if nothing is
+    /// bounded.
     ///
-    /// `states`: q, dq, ddq after each other, instant after instant. `rigid`: Y X of each coordinate, instant after instant.
+    /// `states`: (q, dq, ddq), instant after instant. `rigid`: Y X of each coordinate, instant after instant.
     pub fn greatest(
         &self,
         limits: &[CoordinateLimits],
@@ -88,9 +89,9 @@ impl TorqueBarrier {
         greatest
     }
 
-    /// The sum of T, with its derivatives by the torque and the velocity of each coordinate, instant after instant; `None` where
-    /// a quantity exceeds its bound. `reliefs`: factors of the bounds, one per instant; `weight`: weight of an instant, from its
-    /// factor.
+    /// The weighted sum T, with its derivatives by torque and velocity of each coordinate, instant after instant. `None` if a
+    /// quantity exceeds its bound. `reliefs`: factors that raise the bounds, one per instant; `weight`: gives the weight of an
+    /// instant from this factor.
     pub fn value(
         &self,
         limits: &[CoordinateLimits],
@@ -107,14 +108,14 @@ impl TorqueBarrier {
                 for held in self.bounded_quantities(k, &limits[k], state[n + k], rigid[k]) {
                     let held = BoundedQuantity { bound: relief * held.bound, ..held };
                     let weight = weight(*relief);
-                    // Distances to both bounds; beyond one of them the barrier is infinite.
+                    // Distances to both bounds. The barrier is infinite if one of them is not positive.
                     let (above, below) = (held.bound - held.value, held.bound + held.value);
                     if !(above > 0.0 && below > 0.0) {
                         return None;
                     }
                     value -= weight * (above / held.bound * (below / held.bound)).ln();
                     let slope = weight * (1.0 / above - 1.0 / below);
-                    // tau contains FV dq, so a derivative by tau also adds to the derivative by dq.
+                    // tau contains FV dq, so the derivative by tau also contributes to the derivative by dq.
                     let [along_tau, along_dq] = held.along.map(|x| slope * x);
                     along[0] += along_tau;
                     along[1] += along_tau * self.friction[k].viscous + along_dq;
@@ -125,7 +126,7 @@ impl TorqueBarrier {
         Some((value, slopes))
     }
 
-    /// The quantities with at least the share `least_share` of their bounds.
+    /// The torques and powers whose magnitude is at least `least_share` of their bound.
     pub(crate) fn near(
         &self,
         limits: &[CoordinateLimits],
@@ -143,7 +144,7 @@ impl TorqueBarrier {
                     self.bounded_quantities(coordinate, &limits[coordinate], state[n + coordinate], rigid[coordinate])
                 {
                     let BoundedQuantity { limit, value, bound, along: [along_tau, along_dq] } = held;
-                    // tau depends on dq by viscous friction too: d tau / d dq = FV
+                    // tau also depends on dq by viscous friction: d tau / d dq = FV.
                     let along = [along_tau, along_tau * self.friction[coordinate].viscous + along_dq];
                     let drive = EnforcedDrive {
                         instant,
@@ -154,7 +155,7 @@ impl TorqueBarrier {
                         relief: *relief,
                         along,
                     };
-                    // the share is of the bound with its relief
+                    // The share refers to the raised bound.
                     if drive.share() >= least_share {
                         near.push(drive);
                     }
@@ -168,13 +169,13 @@ impl TorqueBarrier {
 /// A torque or a power of a coordinate at an instant, with its bound.
 #[derive(Clone, Copy)]
 pub(crate) struct EnforcedDrive {
-    /// Index of the instant among the evaluated ones.
+    /// Index of the instant among all evaluated instants.
     pub(crate) instant: usize,
     pub(crate) coordinate: usize,
     pub(crate) limit: LimitKind,
     pub(crate) value: f64,
     pub(crate) bound: f64,
-    /// Factor of the bound.
+    /// Factor that raises the bound; it is included in `bound`.
     pub(crate) relief: f64,
     /// Derivatives of the value by Y X and by dq.
     pub(crate) along: [f64; 2],
@@ -185,7 +186,7 @@ impl EnforcedDrive {
         self.limit == LimitKind::Power
     }
 
-    /// The magnitude of its value over its bound; infinite where the bound is not positive.
+    /// The magnitude of the value over the bound; infinite if the bound is not positive.
     pub(crate) fn share(&self) -> f64 {
         if self.bound > 0.0 { self.value.abs() / self.bound } else { f64::INFINITY }
     }

@@ -1,24 +1,24 @@
-//! The trajectory that a proof is about: positions of all coordinates over time, in segments with enclosures.
+//! The object of a proof: positions of all coordinates over time, in segments that can be enclosed.
 //!
-//! A motion of `rist excite` is one ([`crate::excitation::motion`]), and so is a trajectory of polynomials
-//! ([`crate::excitation::polynomial_course`]). Within a segment position and four derivatives are bounded; where two segments
-//! meet, each of them may jump.
+//! There are two kinds: motions of `rist excite` ([`crate::excitation::motion`]) and trajectories of polynomials
+//! ([`crate::excitation::polynomial_trajectory`]). Within a segment, position and four derivatives are bounded. Each of them may
+//! jump between two segments.
 
 use numerics::interval::Interval;
 
 use crate::excitation::enclosure::{Derivatives, EnclosedMotion, MotionSegment};
 use crate::excitation::motion::Motion;
 
-/// A segment of a trajectory, with its own clock that starts at 0.
+/// A segment of a trajectory; its local time starts at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectorySegment {
-    /// Time of the trajectory at which its clock starts, s.
+    /// Time of the trajectory at which the segment starts, s.
     pub start: f64,
-    /// Duration, s.
+    /// Duration of the segment, s.
     pub length: f64,
-    /// Number of intervals at the start of a proof.
+    /// Number of intervals of the segment at the start of a proof.
     pub parts: usize,
-    /// The method of its enclosures, in words.
+    /// Name of the method that encloses the segment.
     pub method: &'static str,
 }
 
@@ -27,20 +27,20 @@ pub trait Trajectory: Sync {
     /// The segments, in the order of time.
     fn stretches(&self) -> Vec<TrajectorySegment>;
 
-    /// Position of each coordinate at `t` s on the clock of a segment, rad (m).
+    /// Position of each coordinate at local time `t` of a segment, rad (m); t in s.
     fn positions(&self, stretch: usize, t: f64) -> Vec<f64>;
 
-    /// The trajectory with the data for its enclosures.
+    /// The trajectory prepared for enclosures.
     fn enclosed(&self) -> Box<dyn EnclosedTrajectory + '_>;
 }
 
-/// A trajectory with the data for its enclosures.
+/// A trajectory prepared for enclosures.
 pub trait EnclosedTrajectory: Sync {
-    /// Encloses position and derivatives of each coordinate on an interval of a segment.
+    /// Encloses position and derivatives of each coordinate on an interval of a segment, in local time, s.
     fn on(&self, stretch: usize, part: Interval) -> Vec<Derivatives>;
 }
 
-/// Intervals of a segment of a motion at the start of a proof.
+/// Number of intervals of a segment of a motion at the start of a proof.
 const INITIAL_INTERVALS_PER_SEGMENT: usize = 128;
 
 impl Trajectory for Motion {

@@ -2,9 +2,10 @@
 //!
 //! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
 //!
-//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i. r_i is
-//! the divisor of its rows in an identification: s_i combined with the noise from the encoders ([`JointNoise`]). The prediction
-//! holds for an exact model and for joints that follow their reference. Dry friction has its exact sign.
+//! over the rows y of W at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i.
+//! r_i is the divisor of the rows of joint i in an identification: s_i combined with the noise from the encoders
+//! ([`JointNoise`]). The prediction assumes that the model is exact and that the joints follow their reference. The sign of dry
+//! friction is exact here.
 
 use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
@@ -19,28 +20,28 @@ use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::motion::Motion;
 use crate::excitation::proof::CertificateRow;
 
-/// The expected noise of an identification, standard deviation in N m (N) a sample, one per coordinate.
+/// The expected noise of one sample in an identification: standard deviations in N m (N), one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointNoise {
-    /// White noise of the torques.
+    /// White noise of the measured torques.
     pub torque: Vec<f64>,
-    /// Noise of the residual from the encoders.
+    /// Noise that the encoders add to the residual.
     pub encoders: Vec<f64>,
 }
 
 impl JointNoise {
-    /// The noise of the torques alone.
+    /// Noise of the torques only; the encoders have no noise.
     pub fn of_torques(torque: Vec<f64>) -> JointNoise {
         JointNoise { encoders: vec![0.0; torque.len()], torque }
     }
 
-    /// The divisor of the rows of each joint in an identification: the standard deviation of its residual, N m (N).
+    /// The divisor of the rows of each joint in an identification: the standard deviation of the joint's residual, N m (N).
     pub fn weights(&self) -> Vec<f64> {
         self.torque.iter().zip(&self.encoders).map(|(s, e)| s.hypot(*e)).collect()
     }
 }
 
-/// The prediction for one parameter.
+/// The predicted standard deviation of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VisibleParameter {
     /// The parameter.
@@ -48,27 +49,27 @@ pub struct VisibleParameter {
     pub id: ParameterId,
     /// SI unit of its standard deviation.
     pub unit: Unit,
-    /// Nominal value from the description, where it has one.
+    /// Nominal value from the description. `None` if the description has no value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub described: Option<f64>,
-    /// Predicted standard deviation, in `unit`; `None` where the parameter is not identifiable.
+    /// Predicted standard deviation, in `unit`. `None` if the parameter is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
-    /// The standard deviation over the magnitude of the nominal value, where that is not zero.
+    /// The standard deviation over the magnitude of the nominal value. `None` if the nominal value is zero or not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_deviation: Option<f64>,
-    /// For a parameter that is not identifiable or weak: the joint behind it, and the lock or limit of the joint.
+    /// For a parameter that is weak or not identifiable: the joint that causes it, and its lock or limit, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_blame: Option<String>,
 }
 
 impl VisibleParameter {
-    /// Whether its standard deviation is a large share of its value.
+    /// Whether the standard deviation is a large share of the nominal value.
     pub fn is_weak(&self) -> bool {
         self.relative_deviation.is_some_and(|r| r > WEAK_RELATIVE_DEVIATION)
     }
 
-    /// A remark on a parameter that is not identifiable, or weak.
+    /// A remark for users if the parameter is weak or not identifiable, else `None`.
     pub fn remark(&self) -> Option<String> {
         match (self.deviation, self.relative_deviation, &self.to_blame) {
             (None, _, Some(why)) => Some(format!("not visible ({why})")),
@@ -82,41 +83,41 @@ impl VisibleParameter {
 /// Relative standard deviation above which a parameter is weak.
 const WEAK_RELATIVE_DEVIATION: f64 = 0.3;
 
-/// A nominal value below this share of the greatest one counts as zero, since no standard deviation is small compared with it.
+/// A nominal value below this share of the greatest one counts as zero, and then has no relative standard deviation.
 const ZERO_VALUE_SHARE: f64 = 1e-9;
 
-/// The predictions for all parameters.
+/// The predictions for all parameters, with two criteria of the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
     /// The parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// det(W'W / instants)^(1/p) of the columns that are separable within the limits.
+    /// det(W'W / instants)^(1/p), over the columns that motions within the limits can separate.
     pub determinant: f64,
-    /// Condition number of these columns, scaled to unit norm.
+    /// Condition number of these columns after scaling to unit norm.
     pub condition_number: f64,
 }
 
-/// States at equally spaced instants, over which an identification sums.
+/// The states at equally spaced instants, which an identification would use as samples.
 pub struct SeenStates<'a> {
     /// Number of instants.
     pub count: usize,
-    /// Position, velocity and acceleration of each coordinate at an instant.
+    /// Position, velocity and acceleration of each coordinate at instant number i.
     pub at: &'a dyn Fn(usize) -> Vec<[f64; 3]>,
-    /// Number of repetitions of these instants.
+    /// Number of times that these instants are repeated.
     pub repetitions: usize,
 }
 
-/// The predicted standard deviation of torques that are computed from the estimate.
+/// Predicts the standard deviation of torques that are computed from estimated parameters.
 pub struct TorqueForecast {
     columns: Vec<usize>,
-    /// The solution for these columns; `None` where there are no columns.
+    /// The least-squares solution for these columns. `None` if there are no columns.
     solution: Option<(Solution, Triangle)>,
     repetitions: f64,
 }
 
 impl TorqueForecast {
-    /// Standard deviation of the torque row . X, N m (N); `row`: over all columns of the model. `None` where it needs a parameter
-    /// that is not identifiable.
+    /// Standard deviation of the torque `row` times X, N m (N); `row` covers all columns of the model. `None` if the torque needs
+    /// a parameter that is not identifiable.
     pub fn torque_deviation(&self, row: &[f64]) -> Option<f64> {
         let (solution, seen) = self.solution.as_ref()?;
         let picked: Vec<f64> = self.columns.iter().map(|&c| row[c]).collect();
@@ -129,8 +130,8 @@ impl TorqueForecast {
     }
 }
 
-/// The predictions for a motion with prior information. `described`: nominal values, one per parameter; `certificate`: the
-/// certificate of the motion; `prior`: rows of the prior information, over all columns.
+/// Predicts standard deviations for a motion with prior information. `described`: nominal values, one per parameter;
+/// `certificate`: of the motion; `prior`: rows of prior information over all columns.
 pub fn visibility(
     model: &Model,
     motion: &Motion,
@@ -140,7 +141,7 @@ pub fn visibility(
     certificate: &[CertificateRow],
     prior: &[f64],
 ) -> Visibility {
-    // The whole period, at the instants of the log.
+    // The instants of one whole period, at the sample rate.
     let at = |r: usize| -> Vec<[f64; 3]> {
         let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
         state.iter().map(|x| [x[0], x[1], x[2]]).collect()
@@ -150,7 +151,7 @@ pub fn visibility(
     visibility_of(model, &seen, limits, noise, described, certificate, prior).0
 }
 
-/// The predictions for any states, with the predicted standard deviation of torques.
+/// Predicts standard deviations for any states; also gives the predictor for torques.
 pub fn visibility_of(
     model: &Model,
     states: &SeenStates,
@@ -167,7 +168,7 @@ pub fn visibility_of(
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
     let triangle_over = |divisor: &[f64]| information(model, states, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
-    // Without a column there is nothing to solve for.
+    // Without columns there is nothing to solve.
     let solution = (!columns.is_empty()).then(|| solve(&triangle));
     let weights = noise.weights();
     let square: Vec<f64> = weights.iter().zip(&noise.torque).map(|(r, s)| r * r / s).collect();
@@ -208,7 +209,7 @@ pub fn visibility_of(
     (seen, TorqueForecast { columns, solution: weighted, repetitions })
 }
 
-/// The row of joint i: its row of Y, then its friction with the exact sign. `y`: Y at the instant, row by row.
+/// Fills the row of joint i: its row of Y, then its friction columns with the exact sign. `y`: Y at the instant, row by row.
 pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut [f64]) {
     let base = model.regressor.parameters().len();
     row.fill(0.0);
@@ -221,7 +222,7 @@ pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut
     }
 }
 
-/// The triangle of these columns: the rows of the states over their noise, and the rows of the prior information.
+/// QR triangle of these columns: rows of the states divided by their noise, and rows of prior information.
 fn information(
     model: &Model,
     states: &SeenStates,
@@ -270,7 +271,7 @@ fn hiding_joint(model: &Model, limits: &[CoordinateLimits], column: usize) -> St
     }
 }
 
-/// The joint behind a parameter, and its limit that is nearest to its bound.
+/// The limit of these coordinates with the least distance to its bound, in words; `None` if the certificate has no row for them.
 fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
     let names = model.regressor.coordinates();
     let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.subject);
@@ -324,19 +325,20 @@ mod tests {
         }
         for c in 0..4 {
             let (sigma, seen) = (predicted[c].deviation.unwrap(), squares[c].sqrt());
-            // The standard deviation from 200 draws has a relative error of 1/sqrt(400) = 5 %: four of those.
+            // The standard deviation from 200 draws has a relative error of 1/sqrt(400) = 5 %; the tolerance is four times as
+            // large.
             assert!((seen / sigma - 1.0).abs() < 0.2, "{c}: {seen} {sigma}");
             let relative = predicted[c].relative_deviation.unwrap();
             assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
         }
-        // A greater weight of the only joint changes nothing.
+        // With only one joint, a larger weight does not change the result.
         let rough = JointNoise { encoders: vec![0.3], ..noise.clone() };
         let weighted = visibility(&model, &motion, &limits, &rough, &described, &[], &[]).parameters;
         for (a, b) in weighted.iter().zip(&predicted) {
             let (a, b) = (a.deviation.unwrap(), b.deviation.unwrap());
             assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         }
-        // Prior information of the same amount on one parameter: information adds.
+        // Prior information on one parameter, equal to the information from the motion: both add up.
         let mut known = [0.0; 4];
         known[3] = 1.0 / predicted[3].deviation.unwrap();
         let both = visibility(&model, &motion, &limits, &noise, &described, &[], &known).parameters;

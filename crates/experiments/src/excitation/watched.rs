@@ -1,47 +1,47 @@
-//! Torque peaks between the instants of a search: a start bounds them too.
+//! Torque peaks between the instants of a search, which a start finds and bounds too.
 //!
-//! A search bounds torques at its own instants. Between them a chain of thirty joints reaches 1.12 times its bound. Scaling the
-//! motion down by that excess would remove nearly all of it, since most of the torque is gravity. So before each descent the
-//! peaks between the instants are found and their bounds added, as in the exchange methods of semi-infinite programs [Hettich,
-//! Kortanek 1993].
+//! A search bounds torques only at its own instants. Between them, a torque of a chain of thirty joints reaches 1.12 times its
+//! bound. If the motion were scaled down by this excess, nearly nothing would remain, because most of the torque is gravity. So
+//! before each descent the peaks between the instants are found and bounded too, as in the exchange methods of semi-infinite
+//! programs [Hettich, Kortanek 1993].
 //!
-//! A peak that already exceeds its bound gets a temporary bound slightly above the peak, which is lowered with the barriers.
+//! A peak that already exceeds its bound gets a temporary bound slightly above the peak; it is lowered as the descents proceed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::excitation::problem::Prepared;
 
-/// Instants for each instant of the search.
+/// Number of finer instants per instant of the search.
 const FINER_FACTOR: usize = 8;
-/// Share of a bound at an instant of the search from which the neighbouring finer instants are evaluated.
+/// If a torque at an instant of the search exceeds this share of its bound, the neighbouring finer instants are evaluated.
 const EVALUATED_SHARE: f64 = 0.85;
-/// Share of a bound from which a peak is bounded.
+/// If a peak exceeds this share of its bound, it is bounded.
 const PEAK_SHARE: f64 = 0.93;
-/// Share of a bound that counts as within it, with a distance that allows a step.
+/// A torque below this share of its bound counts as within the bound, since the remaining distance allows a step.
 const WITHIN_SHARE: f64 = 0.9995;
-/// Temporary bound of a peak over the peak.
+/// Ratio of the temporary bound of a peak to the peak.
 const TEMPORARY_BOUND_RATIO: f64 = 1.005;
 
-/// The bounded instants of one start: their number among the finer ones, and the factors of their bounds.
+/// The bounded peaks of one start: numbers of the finer instants, with the factors that raise their bounds.
 #[derive(Default)]
 pub(crate) struct Watched {
     reliefs: BTreeMap<usize, f64>,
-    /// Whether any torque was near its bound at the last evaluation.
+    /// Whether a torque was near its bound at the last evaluation.
     is_pressed: bool,
 }
 
 impl Watched {
-    /// Whether new peaks are likely, so that they must be searched again.
+    /// Whether new peaks are likely, so that peaks must be searched again.
     pub(crate) fn is_pressed(&self) -> bool {
         self.is_pressed
     }
 
-    /// The greatest factor of a bound; 1 where no peak exceeds its bound.
+    /// The greatest factor that raises a bound; 1 if no peak exceeds its bound.
     pub(crate) fn relief(&self) -> f64 {
         self.reliefs.values().copied().fold(1.0, f64::max)
     }
 
-    /// The problem with the peaks of x bounded in addition to the earlier ones; `None` where there are none.
+    /// The problem with bounds at the peaks of the motion x and at the earlier peaks. `None` if there are no peaks.
     pub(crate) fn renewed<'p>(&mut self, prepared: &Prepared<'p>, x: &[f64]) -> Option<Prepared<'p>> {
         let wall = prepared.problem.torque?;
         let limits = prepared.problem.limits;
@@ -91,10 +91,10 @@ impl Watched {
         }
         self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER_FACTOR));
         if self.is_pressed {
-            // A peak may appear anywhere in the next steps: with these instants its excess is a quarter.
+            // Peaks may appear anywhere in the next steps; bounds at the halfway instants reduce their excess to a quarter.
             prepared.halfway_instants(FINER_FACTOR).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
         }
-        // A bound that is already kept has the factor 1.
+        // A bound that is kept already is not raised.
         let above = |share: f64| if share < WITHIN_SHARE { 1.0 } else { TEMPORARY_BOUND_RATIO * share };
         self.reliefs.iter_mut().for_each(|(at, relief)| *relief = relief.min(above(greatest(*at))));
         if self.reliefs.is_empty() {
@@ -117,7 +117,7 @@ mod tests {
     use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
     use crate::pendulum::Pendulum;
 
-    /// A peak that six instants a period miss is bounded, with a bound above it; a motion far from its bounds gets none.
+    /// A peak between six instants per period is found and gets a bound above it; a motion far from its bounds gets none.
     #[test]
     fn a_peak_between_instants_is_watched() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
@@ -148,7 +148,7 @@ mod tests {
             (prepared.greatest_torque(&x).unwrap().0, truth, renewed, watched)
         };
         let (alone, ..) = seen(&of_effort(12.0));
-        // The instants of the search are at 0.97 of this effort, instants between them exceed it.
+        // At the instants of the search the torque reaches 0.97 of this effort; between them it exceeds the effort.
         let effort = of_effort((12.0 - 0.2 / 0.9) * alone / 0.97 + 0.2 / 0.9);
         let (alone, truth, renewed, watched) = seen(&effort);
         assert!((alone - 0.97).abs() < 1e-9 && truth > 1.0, "{alone} {truth}");

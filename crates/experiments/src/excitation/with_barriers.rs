@@ -1,11 +1,11 @@
-//! The objective of the search as a function of the coefficients, with an exact gradient.
+//! The objective of the search (criterion plus barriers) as a function of the coefficients, with an exact gradient.
 //!
-//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at the instants of a period
+//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J is the criterion of the rows at the instants of a period
 //! ([`crate::excitation::criterion`]), B the barrier of the kinematic limits ([`crate::excitation::barrier`]), S the barrier of
-//! the distances between bodies ([`crate::excitation::distance_barrier`]), T the barrier of torques and powers at the instants of the
-//! period and the blends ([`crate::excitation::torque_wall`]).
+//! the distances between bodies ([`crate::excitation::distance_barrier`]), T the barrier of torques and powers at the instants of
+//! the period and the blends ([`crate::excitation::torque_barrier`]).
 //!
-//! One reverse pass through the regressor gives the derivatives of J and T by the states: df/dY is known, dY/d(q, dq, ddq) is
+//! One reverse pass through the regressor gives the derivatives of J and T by the states; df/dY is known, and dY/d(q, dq, ddq) is
 //! exact.
 
 use std::cell::RefCell;
@@ -18,47 +18,48 @@ use crate::excitation::near_gaps::{Basis, NearGaps};
 use crate::excitation::problem::Prepared;
 use crate::excitation::rows::RegressorRows;
 
-/// Approximate curvature of the criterion by a scaled coefficient, added to the Hessian of the barriers.
+/// Approximate second derivative of the criterion by a scaled coefficient; it is added to the Hessian of the barriers.
 const CRITERION_CURVATURE: f64 = 0.1;
 
-/// Weight of the barrier of temporarily raised bounds: high enough that torques decrease to some hundredths below them.
+/// Weight of the barrier of raised bounds: high enough that torques decrease to some hundredths below the raised bounds.
 const RELIEVED_WEIGHT: f64 = 10.0;
-/// This weight where the other barriers are low: those keep a motion in place, and a higher weight would only push it around.
+/// The weight of raised bounds if the other barriers have low weights: low weights hold a motion in place, and a higher weight
+/// would only make it oscillate.
 const RELIEVED_WEIGHT_AMONG_LOW_BARRIERS: f64 = 0.2;
 
-/// Least weight of the barriers at which torques far beyond their bounds return.
+/// Least weight of the barriers at which torques far above their bounds can return.
 pub(crate) const RETURN_HEIGHT: f64 = 1e-2;
 
-/// A problem at one weight of its barriers.
+/// The objective at one weight of the barriers.
 pub struct WithBarriers<'a> {
     /// The data that all starts share.
     pub prepared: &'a Prepared<'a>,
     /// The weight mu.
     pub height: f64,
-    /// Data of the start's previous evaluations of the bodies.
+    /// Data of earlier distance evaluations of this start.
     pub seen: &'a Seen,
     last: RefCell<Option<Last>>,
 }
 
-/// The last evaluated motion inside all barriers.
+/// Data of the last evaluated motion, if it was inside all barriers.
 struct Last {
     x: Vec<f64>,
     states: Vec<f64>,
     /// Y X of each coordinate, N m (N).
     rigid: Vec<f64>,
-    /// Gaps between bodies on which the barrier acts.
+    /// Gaps between bodies that are in the range of the barrier.
     gaps: NearGaps,
-    /// Torques and powers near their bounds, once they were computed.
+    /// Torques and powers near their bounds. `None` until they are computed.
     near: Option<NearDrives>,
 }
 
 impl<'a> WithBarriers<'a> {
-    /// The problem with barriers of this weight.
+    /// Makes the objective with barriers of weight `height`.
     pub fn new(prepared: &'a Prepared<'a>, height: f64, seen: &'a Seen) -> WithBarriers<'a> {
         WithBarriers { prepared, height, seen, last: RefCell::new(None) }
     }
 
-    /// The value of `of` for the torques and powers near their bounds at x; `None` where there are none.
+    /// Applies `of` to the torques and powers near their bounds at x. `None` if there are none.
     fn with_near<T>(&self, x: &[f64], of: impl FnOnce(&NearDrives) -> T) -> Option<T> {
         self.prepared.problem.torque?;
         let mut last = self.last.borrow_mut();
@@ -71,7 +72,7 @@ impl<'a> WithBarriers<'a> {
         (!near.is_empty()).then(|| of(near))
     }
 
-    /// The value of `of` for the gaps near their bounds at x; `None` where there are none.
+    /// Applies `of` to the gaps near their bounds at x. `None` if no gap is near.
     fn with_gaps<T>(&self, x: &[f64], of: impl FnOnce(&Basis, &NearGaps) -> T) -> Option<T> {
         let (prepared, last) = (self.prepared, self.last.borrow());
         let rows = prepared.space.as_ref()?.rows();
@@ -79,7 +80,7 @@ impl<'a> WithBarriers<'a> {
         last.as_ref().filter(|last| last.x == x && !last.gaps.is_empty()).map(|last| of(&basis, &last.gaps))
     }
 
-    /// Weight of the torques of an instant, from the factor of their bounds.
+    /// Weight of the torques at an instant whose bounds are raised by the factor `relief`.
     fn torque_weight(&self, relief: f64) -> f64 {
         let height = match (relief > 1.0, self.height >= RETURN_HEIGHT) {
             (false, _) => self.height,
@@ -109,7 +110,7 @@ impl<'a> WithBarriers<'a> {
         let RegressorRows { of_joints, friction } = prepared.rows(&states, &prepared.filled(&states)?);
         let found = prepared.criterion_of_rows(of_joints)?;
         value += found.value;
-        // The distances last: they take half of the time, and can only increase the value.
+        // The distances come last: they take half of the time, and they can only increase the value.
         if !(value.is_finite() && value <= at_most) {
             return None;
         }
@@ -157,7 +158,8 @@ impl Objective for WithBarriers<'_> {
     }
 
     fn precondition(&self, x: &[f64], direction: &mut [f64]) {
-        // Inside the barriers the Hessian is positive definite; without a factor the direction stays the negative gradient.
+        // Inside the barriers the Hessian is positive definite. If it cannot be factored, the direction stays the negative
+        // gradient.
         let Some(curvature) = self.curvature(x) else { return };
         let weight = |relief| self.torque_weight(relief);
         let raised = self.with_near(x, |near| near.curvature(&curvature, weight)).flatten();
@@ -193,7 +195,7 @@ mod tests {
     fn the_gradient_is_exact() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
         let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
-        // A distance of less than 0.05 m: the barrier acts.
+        // The distance is less than 0.05 m, so the barrier acts.
         let rod = Rod::new(0.55);
         let series = MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
         let spline = MotionShape::Spline(QuinticSpline { period: 5.0, spans: 7 });
@@ -228,7 +230,7 @@ mod tests {
                     walled.value(&x, f64::INFINITY).unwrap().0
                 };
                 let (found, slope) = (gradient[k], (moved(h) - moved(-h)) / (2.0 * h));
-                // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
+                // Errors: rounding of central differences, 1e-16 over 1e-6; h^2 times the third derivative of the smooth sign.
                 let allowed = 1e-6 * (1.0 + slope.abs());
                 assert!((found - slope).abs() < allowed, "{aim:?} {shape:?} {k}: {found} {slope}");
             }

@@ -1,24 +1,24 @@
-//! Motions for validation, independent of any plan: moves from point to point.
+//! Point-to-point motions for validation; they are independent of any plan.
 //!
-//! Each move is p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, with peaks 1.875 L/T and 5.7735 L/T^2; all
-//! joints share the T of the slowest.
+//! Each move follows p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, over the distance L, with peak velocity 1.875 L/T and peak
+//! acceleration 5.7735 L/T^2. All joints use the duration T of the slowest joint.
 
 use random::Random;
 
 use crate::motion::reference_motion::Reference;
 
-/// Peak velocity of a move over L/T.
+/// Peak velocity of a move in units of L/T.
 const PEAK_VELOCITY_FACTOR: f64 = 1.875;
-/// Peak acceleration of a move over L/T^2.
+/// Peak acceleration of a move in units of L/T^2.
 const PEAK_ACCELERATION_FACTOR: f64 = 5.7735;
-/// The range and the limits of a validation motion.
+/// Settings of a validation motion: shares of the limits, and number of moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidationMotion {
     /// Share of the position range, about its middle, in which the points lie.
     pub range: f64,
-    /// Share of the greatest velocity.
+    /// Share of the velocity limit that a move uses.
     pub velocity: f64,
-    /// Share of the greatest acceleration.
+    /// Share of the acceleration limit that a move uses.
     pub acceleration: f64,
     /// Number of moves in one motion.
     pub moves: usize,
@@ -31,14 +31,14 @@ impl Default for ValidationMotion {
 }
 
 impl ValidationMotion {
-    /// Time of a move over `distance` within these limits, s.
+    /// Duration of a move over `distance` within these shares of the limits `velocity` and `acceleration`, s.
     pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
         let by_velocity = PEAK_VELOCITY_FACTOR * distance / (self.velocity * velocity);
         by_velocity.max((PEAK_ACCELERATION_FACTOR * distance / (self.acceleration * acceleration)).sqrt())
     }
 }
 
-/// Moves between random points. The limits are one per coordinate: rad, rad/s, rad/s^2; `sample_time` in s.
+/// Draws moves between random points. Limits: one per coordinate, rad, rad/s, rad/s^2; `sample_time` in s.
 pub fn validation_trajectory(
     motion: &ValidationMotion,
     position: &[(f64, f64)],
@@ -58,12 +58,12 @@ pub fn validation_trajectory(
     let mut from = point();
     for _ in 0..motion.moves {
         let to = point();
-        // The slowest joint sets T, which is rounded up to whole samples.
+        // The slowest joint determines T, which is rounded up to whole samples.
         let time =
             (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;
         let time = count as f64 * sample_time;
-        // p(s) and its derivatives by t, s = t/T; each move starts where the previous one ends.
+        // p(s) and its derivatives by t; each move starts at the end of the previous move.
         for i in 0..count {
             let s = i as f64 / count as f64;
             let p = s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
@@ -78,7 +78,7 @@ pub fn validation_trajectory(
         }
         from = to;
     }
-    // The last move ends at rest at its point.
+    // The last sample: at rest at the last point.
     for (k, q) in from.into_iter().enumerate() {
         r.q[k].push(q);
         r.dq[k].push(0.0);
@@ -106,7 +106,7 @@ mod tests {
             assert!(peak(&r.ddq[k]) <= 0.7 * [20.0, 30.0][k] + 1e-2);
             for i in 1..r.q[k].len() - 1 {
                 let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
-                // Third derivative of the move times h^2 / 6.
+                // Error: third derivative of the move times h^2 / 6.
                 assert!((v - r.dq[k][i]).abs() < 1e-2);
             }
         }

@@ -1,20 +1,20 @@
-//! A motion from another source: points in time, and the interpolation between them.
+//! A motion from another program: points in time, and the interpolation between them.
 //!
 //! Not here: reading files of points.
 
-/// The interpolation of a controller between points.
+/// How a controller interpolates between points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Linear in the position: velocities jump.
+    /// Linear in the position: the velocity jumps at points.
     Linear,
-    /// Matches positions and velocities: accelerations jump.
+    /// Matches positions and velocities: the acceleration jumps at points.
     Cubic,
-    /// Matches positions, velocities and accelerations: the jerk jumps.
+    /// Matches positions, velocities and accelerations: the jerk jumps at points.
     Quintic,
 }
 
 impl Interpolation {
-    /// All interpolations, with their names.
+    /// All interpolations with their names.
     pub const ALL: [(Interpolation, &str); 3] =
         [(Interpolation::Linear, "linear"), (Interpolation::Cubic, "cubic"), (Interpolation::Quintic, "quintic")];
 
@@ -24,7 +24,7 @@ impl Interpolation {
     }
 }
 
-/// The points of a trajectory. Series are one per coordinate, all of one length.
+/// The points of a trajectory: one series per coordinate, all of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTrajectory {
     coordinates: Vec<String>,
@@ -34,16 +34,16 @@ pub struct PointTrajectory {
     accelerations: Option<Vec<Vec<f64>>>,
 }
 
-/// Greatest number of points of a trajectory: less than an hour at 1 kHz, and the longest that can be proved in acceptable time.
+/// Greatest number of points of a trajectory: 400 s at 1 kHz, and the longest that can be proved in acceptable time.
 const MAX_TRAJECTORY_POINTS: usize = 400_000;
-/// The largest number, SI: beyond every robot, and small enough that a proof does not overflow.
+/// Greatest accepted number, in SI units: larger than any robot needs, and small enough that a proof does not overflow.
 const LARGEST_NUMBER: f64 = 1e6;
 
 impl PointTrajectory {
-    /// From series: times, s; positions, rad (m), and their derivatives.
+    /// Makes a trajectory from times, s, positions, rad (m), and their derivatives.
     ///
-    /// Fails where there are fewer than two points or too many, where time does not increase, and where a number is not finite or
-    /// beyond every robot.
+    /// Fails if there are fewer than two points or too many, if time does not increase, or if a number is not finite or too
+    /// large.
     pub fn new(
         coordinates: Vec<String>,
         times: Vec<f64>,
@@ -51,7 +51,7 @@ impl PointTrajectory {
         velocities: Option<Vec<Vec<f64>>>,
         accelerations: Option<Vec<Vec<f64>>>,
     ) -> Result<PointTrajectory, String> {
-        // A reader of files calls this: each message says which number is wrong.
+        // The numbers may come from a file, so each message says which number is wrong.
         let count = times.len();
         if !(2..=MAX_TRAJECTORY_POINTS).contains(&count) {
             return Err(format!("it has {count} points; expected are 2 to {MAX_TRAJECTORY_POINTS}"));
@@ -82,10 +82,10 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// The points for the coordinates of a model; a coordinate that the file does not move stays at the position `stands(k)`, rad
+    /// The points in the order of the coordinates of a model. A coordinate that the file does not move stays at `stands(k)`, rad
     /// (m).
     ///
-    /// Fails where the file moves a joint that is no coordinate, or where the position of a coordinate is not given.
+    /// Fails if the file moves an unknown joint, or if the position of a coordinate is not known.
     pub fn of_coordinates(
         self,
         names: &[String],
@@ -116,9 +116,9 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates: names.to_vec(), times: self.times, positions, velocities, accelerations })
     }
 
-    /// The interpolation that was requested, or the smoothest that the points allow.
+    /// The requested interpolation, or else the smoothest one that the points allow.
     ///
-    /// Fails where the points lack the derivatives that it needs.
+    /// Fails if the points lack the derivatives that the requested interpolation needs.
     pub fn interpolation(&self, asked: Option<Interpolation>) -> Result<Interpolation, String> {
         let needs =
             |what: &str| format!("an interpolation of this kind needs {what} at the points, and the file has none");
@@ -141,22 +141,22 @@ impl PointTrajectory {
         &self.times
     }
 
-    /// Positions, rad (m).
+    /// Positions, rad (m), one series per coordinate.
     pub fn positions(&self) -> &[Vec<f64>] {
         &self.positions
     }
 
-    /// Velocities, rad/s (m/s), where the file has them.
+    /// Velocities, rad/s (m/s), one series per coordinate. `None` if the file has none.
     pub fn velocities(&self) -> Option<&[Vec<f64>]> {
         self.velocities.as_deref()
     }
 
-    /// Accelerations, rad/s^2 (m/s^2), where the file has them.
+    /// Accelerations, rad/s^2 (m/s^2), one series per coordinate. `None` if the file has none.
     pub fn accelerations(&self) -> Option<&[Vec<f64>]> {
         self.accelerations.as_deref()
     }
 
-    /// Whether the velocity is zero at both ends; true where the file has no velocities.
+    /// Whether the velocity is zero at both ends; true if the file has no velocities.
     pub fn rests_at_its_ends(&self) -> bool {
         let last = self.times.len() - 1;
         self.velocities.as_ref().is_none_or(|v| v.iter().all(|v| v[0] == 0.0 && v[last] == 0.0))

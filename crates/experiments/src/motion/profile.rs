@@ -1,21 +1,21 @@
-//! The profile of a swing: bang-bang as in the paper, or smooth with the same symmetry.
+//! The profile of a swing: bang-bang as in the paper cited below, or smooth with the same symmetry.
 //!
-//! Both are odd about each quarter period and about each half. Friction of the moving joint is therefore orthogonal to its
-//! acceleration at odd harmonics (`exciting_trajectory`).
+//! Both profiles are antisymmetric about each quarter period and about each half period. Therefore the friction of the moving
+//! joint is orthogonal to its acceleration at odd harmonics (`exciting_trajectory`).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2, for the bang-bang profile]
 
-/// The profile of a swing from A to B and back.
+/// The position over time of a swing from A to B and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
-    /// Square acceleration.
+    /// Piecewise constant acceleration, +a or -a.
     BangBang,
-    /// A polynomial of degree seven in each direction: acceleration and jerk vanish at A and B.
+    /// A polynomial of degree seven in each direction; acceleration and jerk are zero at A and B.
     Smooth,
 }
 
 impl Profile {
-    /// (v_peak T / L, a_peak T^2 / L).
+    /// Dimensionless peaks (v_peak T / L, a_peak T^2 / L) of a swing with stroke L and period T.
     pub fn peaks(self) -> (f64, f64) {
         match self {
             Profile::BangBang => (4.0, 16.0),
@@ -24,8 +24,8 @@ impl Profile {
         }
     }
 
-    /// Position in [-1, 1] with its first and second derivative with respect to u = t/T, at u in [0, 1). At a corner the
-    /// acceleration is the mean of both sides, like the value of a Fourier series.
+    /// Position in [-1, 1] with its first and second derivative by u = t/T, for u in [0, 1). Where the acceleration jumps, it is
+    /// the mean of both sides, like the value of a Fourier series.
     pub fn at(self, u: f64) -> (f64, f64, f64) {
         match self {
             Profile::BangBang => {
@@ -59,7 +59,7 @@ mod tests {
             let fine = (0..4000).map(|i| profile.at(f64::from(i) / 4000.0));
             let (v, a) = fine.fold((0.0_f64, 0.0_f64), |m, p| (m.0.max(p.1.abs()), m.1.max(p.2.abs())));
             let (v_peak, a_peak) = profile.peaks();
-            // L = 2 in the unit profile; a maximum missed by at most half of 1/4000.
+            // L = 2 in the unit profile. The samples miss a maximum by at most half of 1/4000.
             assert!((v / 2.0 - v_peak).abs() < 1e-4 * v_peak && (a / 2.0 - a_peak).abs() < 1e-4 * a_peak);
         }
     }

@@ -2,25 +2,25 @@
 
 use std::ops::Range;
 
-/// Reference motion, sampled: `q[k][i]` of coordinate k at instant i, rad, rad/s, rad/s^2.
+/// A sampled reference motion: `q[k][i]`, `dq[k][i]`, `ddq[k][i]` of coordinate k at sample i.
 #[derive(Clone, Debug, Default)]
 pub struct Reference {
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Positions, rad (m), one series a coordinate.
+    /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// Velocities, rad/s (m/s).
+    /// Velocities, rad/s (m/s), one series per coordinate.
     pub dq: Vec<Vec<f64>>,
-    /// Accelerations, rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2), one series per coordinate.
     pub ddq: Vec<Vec<f64>>,
-    /// The samples that are used: whole periods, or the two sections of constant velocity.
+    /// Ranges of the samples that an identification uses: whole periods, or the two sections of constant velocity.
     pub windows: Vec<Range<usize>>,
 }
 
 impl Reference {
-    /// The motion with `parts` samples for each one, by quintics that match q, dq and ddq at every sample.
+    /// The motion with `parts` times as many samples, interpolated by quintics that match q, dq and ddq at every sample.
     ///
-    /// Windows count the new samples. Where `parts` is one, the motion is unchanged.
+    /// The windows refer to the new samples. If `parts` is one, the motion is unchanged.
     pub fn refined(&self, parts: usize) -> Reference {
         let count = self.q.first().map_or(0, Vec::len);
         if parts <= 1 || count == 0 {
@@ -52,10 +52,10 @@ impl Reference {
     }
 }
 
-/// Value and two derivatives at s of the quintic on 0..1 that has the value and derivatives `ends` at 0 and 1.
+/// Value and two derivatives at s of the quintic on [0, 1] that matches `ends`: [value, first, second derivative] at 0 and at 1.
 fn quintic(ends: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let [[x0, v0, a0], [x1, v1, a1]] = ends;
-    // The end minus the parabola of the start.
+    // Differences at s = 1: end values minus the parabola from the start values.
     let (x, v, a) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
     let (c3, c4, c5) = (10.0 * x - 4.0 * v + 0.5 * a, -15.0 * x + 7.0 * v - a, 6.0 * x - 3.0 * v + 0.5 * a);
     [
@@ -84,7 +84,8 @@ mod tests {
         let (coarse, fine) = (sampled(5e-3, 101), sampled(1e-3, 501));
         let refined = coarse.refined(5);
         assert_eq!(refined.windows.first(), Some(&(50..450)));
-        // The error of a quintic, h^6 max|q^(6)| / 46080 = 2.5e-16, is rounding here; h^4 max|q^(6)| / 384 = 1.2e-9 in ddq.
+        // Errors of the quintic: in q, h^6 max|q^(6)| / 46080 = 2.5e-16, less than rounding; in ddq, h^4 max|q^(6)| / 384 =
+        // 1.2e-9.
         for (series, bound) in
             [(|r| &r.q, 1e-14), (|r| &r.dq, 1e-11), (|r| &r.ddq, 5e-9)] as [(fn(&Reference) -> &Vec<Vec<f64>>, f64); 3]
         {

@@ -1,11 +1,11 @@
 //! The greatest number of samples of a motion.
 //!
-//! A duration or a rate in a wrong unit would make a motion with more samples than memory or time allow.
+//! A duration or a rate in a wrong unit would give more samples than memory or time allow.
 
 /// Greatest number of samples of one motion: more than an hour at 1 kHz.
 pub(crate) const MAX_SAMPLES_PER_MOTION: f64 = 4e6;
 
-/// Refuses a motion of more than `MAX_SAMPLES_PER_MOTION`.
+/// Fails if a motion has more than `MAX_SAMPLES_PER_MOTION` samples.
 pub fn check_samples(samples: f64) -> Result<(), String> {
     if samples <= MAX_SAMPLES_PER_MOTION {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Motions as files that a controller can play.
+//! Writes motions as files that a controller can play.
 //!
 //! - CSV: `t, q_<coordinate>.., dq_<coordinate>.., ddq_<coordinate>..` in s, rad, rad/s, rad/s^2, at any rate.
 //! - ROS `trajectory_msgs/JointTrajectory` as YAML or JSON: joint_names, points with positions, velocities,
@@ -10,7 +10,7 @@ use gate::shown::csv_cell;
 
 use crate::motion::reference_motion::Reference;
 
-/// The format of a file.
+/// The format of a trajectory file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrajectoryFormat {
     /// Columns `t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>`.
@@ -32,11 +32,11 @@ impl TrajectoryFormat {
     }
 }
 
-/// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
+/// The text of a trajectory file with points at `rate` Hz. Without points if the motion is empty or the rate is not positive.
 ///
-/// The last point is the last sample of the motion. Where the rate does not divide the motion, it follows the previous point by
-/// less than 1/rate. Between samples, positions follow the cubic with the positions and velocities of the two neighbours;
-/// velocities and accelerations are linear.
+/// The last point is the last sample of the motion, even if the rate does not divide the duration; then it follows the previous
+/// point by less than 1/rate. Between samples, positions follow the cubic with the positions and velocities of the two
+/// neighbours; velocities and accelerations are linear.
 pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64, format: TrajectoryFormat) -> String {
     let points = resampled(reference, rate);
     match format {
@@ -48,7 +48,7 @@ pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64,
 
 /// Tolerance for the rounding of a number of points or samples.
 const COUNT_TOLERANCE: f64 = 1e-9;
-/// A point that is nearer to a sample, as a share of the sample time, is the sample.
+/// A point that is nearer to a sample than this share of the sample time equals the sample.
 const SAME_SAMPLE_SHARE: f64 = 1e-6;
 struct TrajectoryPoint {
     t: f64,
@@ -62,11 +62,11 @@ fn resampled(r: &Reference, rate: f64) -> Vec<TrajectoryPoint> {
     if count == 0 || rate.is_nan() || rate <= 0.0 {
         return vec![];
     }
-    // The greatest number of points that fit; the tolerance keeps the last one in spite of rounding.
+    // The number of points that fit into the motion; the tolerance keeps the last point in spite of rounding.
     let h = r.sample_time;
     let end = (count - 1) as f64 * h;
     let points = (end * rate + COUNT_TOLERANCE) as usize + 1;
-    // The sample i before t, and the position s in [0, 1] of t between i and the next sample.
+    // i: the sample before t; s in [0, 1]: the position of t between i and the next sample.
     let at = |t: f64| {
         let i = ((t / h + COUNT_TOLERANCE) as usize).min(count - 1);
         let j = (i + 1).min(count - 1);
@@ -88,7 +88,7 @@ fn resampled(r: &Reference, rate: f64) -> Vec<TrajectoryPoint> {
             ddq: n.map(|k| linear(&r.ddq, k)).collect(),
         }
     };
-    // A motion that ends at rest must end at rest in its file.
+    // A motion that ends at rest must also end at rest in its file.
     let last = Some(end).filter(|end| end - (points - 1) as f64 / rate > SAME_SAMPLE_SHARE * h);
     (0..points).map(|p| p as f64 / rate).chain(last).map(at).collect()
 }
@@ -97,7 +97,7 @@ fn list(x: &[f64]) -> String {
     x.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")
 }
 
-/// The header line: the time, and `prefix_coordinate` for each prefix and coordinate.
+/// The header line: `t`, then `prefix_coordinate` for each prefix and coordinate.
 pub(crate) fn csv_header(prefixes: &[&str], coordinates: &[String]) -> String {
     let mut text = String::from("t");
     for prefix in prefixes {
@@ -151,7 +151,7 @@ fn json(points: &[TrajectoryPoint], coordinates: &[String]) -> String {
     format!("{{\n  \"joint_names\": [{}],\n  \"points\": [\n{}\n  ]\n}}\n", names.join(", "), points.join(",\n"))
 }
 
-/// A string in JSON, which is also valid YAML.
+/// A JSON string literal, which is also valid YAML.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -201,7 +201,7 @@ mod tests {
             let text = trajectory_file(&reference, &names, 100.0, format);
             let read: JointTrajectory = serde_yaml::from_str(&text).unwrap();
             assert_eq!(read.joint_names, names);
-            // The last point has the time of the last sample.
+            // The last point is at the time of the last sample.
             assert_eq!(read.points.len(), (reference.q[0].len() - 1).div_ceil(10) + 1);
             let p = &read.points[57];
             assert_eq!((p.time_from_start.sec, p.time_from_start.nanosec), (0, 570_000_000));
@@ -221,7 +221,7 @@ mod tests {
         for line in lines {
             let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
             let i = (cells[0] * 1000.0) as usize;
-            // At most 1 rad/s over one sample.
+            // Tolerance: the change within one sample, at 1 rad/s.
             assert!((cells[2] - reference.q[1][i]).abs() <= 1.001e-3);
         }
         // 70 Hz does not divide the motion; its last sample is still the last point.

@@ -1,8 +1,8 @@
 //! The experiments that a plan may choose from: every kind of motion about a grid of configurations.
 //!
-//! Positions A and B follow from the limits, for a fast joint with a_max, v_max, the range available about the centre, the
-//! bandwidth f_bw of its controller and its smallest smooth velocity v_small (bang-bang; a smooth profile has other peak
-//! factors):
+//! The positions A and B of a swing with stroke L and period T follow from the limits of the fast joint: a_max, v_max, the range
+//! about the centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small. The equations are for
+//! bang-bang; a smooth profile has other peak factors:
 //!
 //! inertial, coupling   f_P = min(f_bw/4, a_max/(4 v_small)),  L = a_max T^2/16: greatest
 //! acceleration at low velocity; L at least 200 encoder counts
@@ -11,10 +11,10 @@
 //!
 //! mixed                T the geometric mean of the two
 //!
-//! L is cut to the range; T is rounded up to a multiple of four samples at this L, so the acceleration only decreases. Slow
+//! L is limited to the range. T is rounded up to a multiple of four samples at this L, so the acceleration only decreases. Slow
 //! joints move by v_small T/4.
 //!
-//! Where a [`Permission`] refuses a motion, for its torques or a collision of bodies, lower accelerations are tried.
+//! If a [`Permission`] refuses a motion because of its torques or a collision of bodies, lower accelerations are tried.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], with exact equations.
 
@@ -35,7 +35,7 @@ use crate::plan::motion_kind::MotionKind;
 use crate::plan::paper_rows::{gravity_rows, spectral_rows};
 use crate::plan::permission::{AllowAll, Permission};
 
-/// The limits of a coordinate; rad, rad/s, rad/s^2.
+/// The limits of a coordinate for the choice of motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {
     /// Smallest and largest position, rad (m).
@@ -44,78 +44,79 @@ pub struct MotionLimits {
     pub velocity: f64,
     /// Largest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Smallest velocity without stick-slip, rad/s (m/s).
+    /// Smallest velocity at which the joint moves without stick-slip, rad/s (m/s).
     pub slow_velocity: f64,
     /// Bandwidth of the position controller, Hz.
     pub bandwidth: f64,
-    /// Encoder quantum, rad (m).
+    /// Encoder resolution: one count, rad (m).
     pub quantum: f64,
 }
 
-/// The grid of the candidates.
+/// Settings of the grid of candidates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
-    /// Profile of the velocity of a swing.
+    /// Profile of a swing.
     pub profile: Profile,
-    /// Configurations a coordinate, between its limits with a margin of a tenth of the range on each side.
+    /// Number of grid positions per coordinate, between its limits with a margin of a tenth of the range on each side.
     pub steps: usize,
-    /// At most this number of configurations a motion; beyond, this number is drawn from the grid.
+    /// Greatest number of configurations per motion. If the grid has more, this number is drawn from it at random.
     pub configurations: usize,
-    /// Seconds recorded in one experiment.
+    /// Recorded time of one experiment, s.
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Whether gravity sweeps are informative: the robot is not balanced.
+    /// Whether gravity sweeps are informative; false if the robot is balanced.
     pub gravity: bool,
-    /// Seed of the choice among configurations.
+    /// Seed of the random choice of configurations.
     pub seed: u64,
 }
 
-/// A motion with its predicted rows.
+/// A possible experiment with its predicted rows.
 #[derive(Clone, Debug)]
 pub struct Candidate {
-    /// The motion.
+    /// The motion of the experiment.
     pub trajectory: ExcitingTrajectory,
-    /// The unscaled rows of the paper, N m per unit: for criterion (15).
+    /// The unweighted rows of the paper, N m per unit of the parameter, for criterion (15).
     pub raw: WeightedRows,
-    /// The rows over their standard deviations: for the determinant.
+    /// The rows divided by their standard deviations, for the determinant.
     pub information: WeightedRows,
 }
 
-/// Longest sweep in one direction, s, or [`SWEEP_PER_RECORD`] times the recorded time where that is longer.
+/// Longest sweep in one direction, s; or [`SWEEP_PER_RECORD`] times the recorded time if that is longer.
 ///
-/// A slow axis sweeps only a section of its range.
+/// An axis that is too slow for its whole range sweeps only a section of it.
 const LONGEST_SWEEP_S: f64 = 10.0;
-/// Longest sweep in one direction over the recorded time of another motion.
+/// Longest sweep in one direction, as a multiple of the recorded time.
 const SWEEP_PER_RECORD: f64 = 2.5;
-/// Share of the range about the centre that a sweep uses.
+/// Length of a sweep over the distance from the centre to the nearer limit, at most.
 const SWEEP_RANGE_SHARE: f64 = 1.8;
-/// Times of settling in the shortest sweep, both ends, s.
+/// Settling times at both ends of the shortest sweep together, s.
 const SHORTEST_CRUISE_S: f64 = 0.4;
-/// Least stroke of a periodic motion, in encoder counts.
+/// Least stroke of a swing, in encoder counts.
 const SMALLEST_STROKE_COUNTS: f64 = 200.0;
-/// Instants a period at which the rows of a swing are predicted.
+/// Number of instants in a period at which the rows of a swing are predicted.
 const INSTANTS_PER_PERIOD: usize = 200;
 /// Least ratio of a controller's bandwidth to the frequency of a swing.
 const BANDWIDTH_RATIO: f64 = 4.0;
-/// Share of a coordinate's range, at each end, that centres of motions keep free.
+/// Share of a coordinate's range that the centres of motions keep free at each end.
 const RANGE_MARGIN: f64 = 0.1;
-/// Change of a coordinate for the test whether the regressor depends on it, rad (m).
+/// Step of a coordinate in the test whether the regressor depends on it, rad (m).
 const DEPENDENCE_STEP: f64 = 0.7;
-/// Random states of that test.
+/// Number of random states in the test whether the regressor depends on a coordinate.
 const DEPENDENCE_STATES: usize = 4;
-/// Relative change of an entry of the regressor that counts in that test.
+/// Relative change of a regressor entry above which the regressor depends on a coordinate.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
-/// Rounding of a period over four sample times.
+/// Tolerance for the rounding of a period over four sample times.
 const PERIOD_ROUNDING: f64 = 1e-9;
 
 impl Candidate {
-    /// The rows of a motion that follows its reference exactly; `noise`: standard deviation a sample, N m, one a coordinate.
+    /// Predicts the rows of a motion that follows its reference exactly. `noise`: standard deviation of a sample, N m, one per
+    /// coordinate.
     pub fn new(trajectory: ExcitingTrajectory, regressor: &dyn Regressor, noise: &[f64]) -> Candidate {
         let n = trajectory.centre.len();
         match &trajectory.motion {
             JointMotion::Swing { profile, period, half_range, periods, .. } => {
-                // These instants are enough, since the rows use the first two harmonics only.
+                // These instants suffice, because the rows use only the first two harmonics.
                 let (count, t) = (INSTANTS_PER_PERIOD, *period as f64 * trajectory.sample_time);
                 let series = |value: &dyn Fn(usize, (f64, f64, f64)) -> f64| -> Vec<Vec<f64>> {
                     let at = |i: usize| profile.at(i as f64 / count as f64);
@@ -130,7 +131,7 @@ impl Candidate {
                 if let JointMotion::Swing { period, .. } = &mut one_period.motion {
                     *period = count;
                 }
-                // The noise of these instants, which stand for all recorded samples.
+                // Noise of these instants, scaled because they represent all recorded samples.
                 let share = (count as f64 / (periods * period) as f64).sqrt();
                 let noise: Vec<f64> = noise.iter().map(|s| s * share).collect();
                 let zero = vec![vec![0.0; count]; n];
@@ -151,14 +152,14 @@ impl Candidate {
     }
 }
 
-/// Lower accelerations that are tried for a refused motion.
+/// Greatest number of lower accelerations that are tried if a motion is refused.
 const MAX_SLOWER_TRIALS: i32 = 6;
-/// Ratio of the acceleration of one trial to the trial before.
+/// Ratio of the acceleration of a trial to the acceleration of the previous trial.
 const ACCELERATION_RATIO: f64 = 0.7;
-/// Configurations drawn for each accepted one, at most.
+/// Greatest number of drawn configurations per accepted configuration.
 const DRAWS_PER_CONFIGURATION: usize = 10;
 
-/// Every motion of the grid within the limits that has any information; empty where the work is interrupted.
+/// Every informative motion of the grid within the limits. Empty if the computation is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -168,7 +169,7 @@ pub fn candidates(
     permitted_candidates(grid, limits, regressor, noise, &AllowAll)
 }
 
-/// The motions of [`candidates`] that a permission accepts, some at lower accelerations.
+/// The motions of [`candidates`] that `permission` accepts, some of them at lower accelerations.
 pub fn permitted_candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -181,7 +182,7 @@ pub fn permitted_candidates(
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let motions = kinds_of(fast, n, grid.gravity);
-        // Each motion draws from its own random stream, independent of the draws of the others.
+        // Each motion has its own random stream, so it is independent of the draws of other motions.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             if Interruption::check().is_err() {
                 return vec![];
@@ -192,7 +193,7 @@ pub fn permitted_candidates(
             }
         }
     }
-    // Rows of the regressor for all of them, on all processors; motions without information are left out.
+    // Regressor rows of all motions, on all processors; motions without information are left out.
     let mut found = Vec::new();
     let rows = |_, trajectory: &ExcitingTrajectory| {
         let permitted = permitted(grid, limits, trajectory, permission)?;
@@ -206,7 +207,7 @@ pub fn permitted_candidates(
     done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
-/// The motion of some joints about a centre; `None` where it would be too short.
+/// The motion of some joints about a centre. `None` if it would be too short.
 fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     match joints.kind {
         MotionKind::Gravity => sweep(grid, limits, joints),
@@ -214,7 +215,7 @@ fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     }
 }
 
-/// A motion, or the motion with the highest lower acceleration that is permitted; `None` where none is.
+/// The motion, or the fastest slower version of it that is permitted. `None` if no version is permitted.
 fn permitted(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -234,12 +235,12 @@ fn permitted(
     slower.into_iter().find(|slower| permission.motion(slower))
 }
 
-/// The swing of some joints that the limits allow; `None` when it would be too short.
+/// The swing of some joints that the limits allow. `None` if it would be too short.
 pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { kind, fast, slow, centre } = joints;
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
-    // T at the greatest acceleration and low velocity, and at the greatest velocity, from the equations at the top.
+    // T at the greatest acceleration with low velocity, and T at the greatest velocity, from the equations at the top.
     let low_velocity =
         (BANDWIDTH_RATIO / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
     let high_velocity =
@@ -250,13 +251,13 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
         MotionKind::Mixed => (low_velocity * high_velocity).sqrt(),
         MotionKind::Gravity => return None,
     };
-    // L within acceleration, velocity and range; T in multiples of four samples.
+    // L within the limits of acceleration, velocity and range; T in multiples of four samples.
     let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
     let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
     let period = 4 * ((t / (4.0 * grid.sample_time) - PERIOD_ROUNDING).ceil() as usize).max(2);
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
-    // Slow joints need room for v_small T / v_factor, the fast one enough counts of its encoder.
+    // Slow joints need the range v_small T / v_factor; the stroke of the fast joint needs enough encoder counts.
     let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
     if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
@@ -272,7 +273,8 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
     Some(ExcitingTrajectory::swing(joints, &course))
 }
 
-/// A sweep of the fast joint as long as the limits allow, at 1 rad/s or the slow velocity, whichever is greater.
+/// The longest sweep of the fast joint that the limits allow, at 1 rad/s or the slow velocity, whichever is greater. `None` if
+/// too short.
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { fast, centre, .. } = joints;
     let limit = &limits[fast];
@@ -280,7 +282,7 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
     let longest = LONGEST_SWEEP_S.max(SWEEP_PER_RECORD * grid.duration) * velocity;
     let room = longest.min(SWEEP_RANGE_SHARE * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
-    // The ramps, and at both ends settling times that are not used.
+    // The least length: both ramps, and at both ends a settling time whose samples are not used.
     let least = velocity * velocity / ramps + SHORTEST_CRUISE_S * velocity;
     let mut found = ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time);
     if let JointMotion::Sweep { acceleration, .. } = &mut found.motion {
@@ -289,7 +291,7 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     (room > least).then_some(found)
 }
 
-/// Whether Y depends on each coordinate. It does not depend on the coordinate of a first axis along gravity.
+/// For each coordinate: whether Y depends on it. Y does not depend on the coordinate of a first axis parallel to gravity.
 fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -> Vec<bool> {
     let (n, p) = (limits.len(), regressor.parameters().len());
     let mut random = Random::new(1);
@@ -318,7 +320,7 @@ fn configurations(
     permission: &dyn Permission,
 ) -> Vec<Vec<f64>> {
     let n = limits.len();
-    // A coordinate that Y does not depend on stays in the middle; the others take steps within 80 %.
+    // A coordinate on which Y does not depend stays in the middle; the others take steps within 80 % of the range.
     let steps: Vec<usize> = (0..n).map(|k| if matters[k] { grid.steps.max(1) } else { 1 }).collect();
     let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
     let at = |k: usize, i: usize| {
@@ -326,7 +328,7 @@ fn configurations(
         let (low, high) = (low + RANGE_MARGIN * (high - low), high - RANGE_MARGIN * (high - low));
         if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
     };
-    // All points of the grid where their number allows, else random points of it.
+    // All points of the grid if there are few enough, else random points of it.
     let point = |mut index: usize| -> Vec<f64> {
         let one = |k: usize| {
             let i = index % steps[k];
@@ -357,7 +359,7 @@ mod tests {
             JointMotion::Swing { period, .. } => period,
             JointMotion::Sweep { .. } => 0,
         };
-        // 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, up to a multiple of four samples.
+        // Periods: 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, rounded up to a multiple of four samples.
         assert_eq!(period(&about(MotionKind::Inertial, &[])), 400);
         assert_eq!(period(&about(MotionKind::Centrifugal, &[1])), 668);
         let r = about(MotionKind::Centrifugal, &[1]).reference();

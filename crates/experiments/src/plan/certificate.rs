@@ -1,18 +1,18 @@
-//! Bounds on the quality of any plan from the same candidates.
+//! Bounds on the quality of any plan that can be chosen from the same candidates.
 //!
-//! For weights w on the candidates, M(w) = sum w_i F_i, and any other weights w*:
+//! w: weights of the candidates; M(w) = sum w_i F_i. For any other weights w*:
 //!
 //! log det M(w*) - log det M(w) <= max_i tr(F_i M(w)^-1) - p     [Kiefer, Wolfowitz 1960]
 //!
-//! so a plan of N experiments has D-efficiency
+//! so the D-efficiency of a plan of N experiments is bounded by
 //! (det F / det(N M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
 //!
-//! cond_fro^2 = tr F tr F^-1 is independent of the scale of F. With blocks scaled to unit trace, for any w, cond_fro^2 >= (tr
-//! M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
+//! cond_fro^2 = tr F tr F^-1 is independent of the scale of F. If each F_i is scaled to unit trace, then for any w, cond_fro^2 >=
+//! (tr M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
 //!
-//! The weights are found by the multiplicative rule w_i <- w_i tr(F_i M^-1)/p and then by exchange between the best and the worst
-//! candidate of the support, with an exact line search; for the second bound by w_i <- w_i sqrt(tr(F_i M^-2)). Both bounds hold
-//! at every iteration.
+//! For the first bound, the weights are found by the multiplicative rule w_i <- w_i tr(F_i M^-1)/p, then by exchange between the
+//! best and the worst candidate of the support with an exact line search. For the second bound they are found by w_i <- w_i
+//! sqrt(tr(F_i M^-2)). Both bounds hold at every iteration.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use numerics::information_matrix::{InformationFactor, InformationMatrix, WeightedRows};
@@ -23,32 +23,33 @@ use crate::plan::exchange::scales;
 /// An approximate design with a bound on its quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateDesign {
-    /// Weights, one a candidate; their sum is 1.
+    /// Weights, one per candidate; their sum is 1.
     pub weights: Vec<f64>,
-    /// log det M(w); minus infinity where the candidates together lack full rank.
+    /// log det M(w); minus infinity if all candidates together do not have full rank.
     pub log_det: f64,
-    /// No design exceeds log_det + gap.
+    /// Bound: no design has a log det above `log_det` + `gap`.
     pub gap: f64,
-    /// Steps of the ascent.
+    /// Number of steps of the ascent.
     pub iterations: usize,
 }
 
 /// Lower bound on sqrt(tr F tr F^-1) of any plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConditionBound {
-    /// The proved bound.
+    /// The proved lower bound.
     pub bound: f64,
-    /// The value of sqrt(tr F tr F^-1) of the best approximate design found.
+    /// sqrt(tr F tr F^-1) of the best approximate design that was found.
     pub reached: f64,
 }
-/// Iterations of the multiplicative rule, before exchanges between the best and the worst candidate.
+/// Number of iterations of the multiplicative rule; exchanges between the best and the worst candidate follow.
 const MULTIPLICATIVE_ITERATIONS: usize = 300;
-/// A candidate with a smaller weight is not in the support.
+/// A candidate is in the support if its weight is at least this.
 const SUPPORT_WEIGHT: f64 = 1e-12;
-/// Bisections of the line search.
+/// Number of bisections of the line search.
 const LINE_SEARCH_BISECTIONS: usize = 60;
 
-/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`. Interrupted, it gives the bound of the current w.
+/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`. If it is interrupted, it gives the bound at the
+/// current w.
 pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ApproximateDesign {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
@@ -57,7 +58,7 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
     let mut out = vec![0.0; p];
     for iteration in 0..iterations {
-        // d_i = tr(F_i M^-1); no design gains more than max d_i - p.
+        // d_i = tr(F_i M^-1); the log det of any design is at most max d_i - p greater.
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let best = argmax(&d, |_| true);
@@ -80,13 +81,13 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     ApproximateDesign { weights: w, log_det: f64::NEG_INFINITY, gap: f64::INFINITY, iterations: 0 }
 }
 
-/// Lower bound of the D-efficiency of a plan of `count` experiments with this log det F.
+/// Lower bound of the D-efficiency of a plan of `count` experiments with the value `log_det` of log det F.
 pub fn certified_efficiency(log_det: f64, count: usize, p: usize, bound: &ApproximateDesign) -> f64 {
     let p = p as f64;
     ((log_det - p * (count as f64).ln() - bound.log_det - bound.gap) / p).exp()
 }
 
-/// Lowers tr M(w)^-1 until the bound is within `tolerance` (relative, of its square), or for `iterations`.
+/// Lowers tr M(w)^-1 until the square of the bound is within the relative `tolerance`, at most for `iterations`.
 pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ConditionBound {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let unit = |b: &WeightedRows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
@@ -168,7 +169,7 @@ mod tests {
     use crate::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
     use crate::plan::test_plans::random_blocks;
 
-    /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half of its weight at each end.
+    /// Observations y = a + b t, t in [-1, 1]; the optimal design has half of its weight at each end.
     fn line() -> Vec<WeightedRows> {
         let point = |i: usize| {
             let mut rows = WeightedRows::new(2);
@@ -181,13 +182,13 @@ mod tests {
     #[test]
     fn straight_line_design_is_known() {
         let d = determinant_bound(&line(), 1e-9, 4000);
-        // M = I: log det 0.
+        // The optimum is M = I, so log det is 0.
         assert!(d.log_det.abs() < 1e-8 && d.gap < 1e-9, "{d:?}");
         assert!((d.weights[0] - 0.5).abs() < 1e-4 && (d.weights[10] - 0.5).abs() < 1e-4);
         let plan = value_of(&line(), &[0, 10], Criterion::Determinant);
         assert!((certified_efficiency(plan, 2, 2, &d) - 1.0).abs() < 1e-8);
         let c = condition_bound(&line(), 1e-9, 4000);
-        // tr M tr M^-1 >= p^2, reached by M = I/2.
+        // tr M tr M^-1 >= p^2, with equality for M = I/2.
         assert!(c.bound <= 2.0 + 1e-9 && c.bound > 2.0 - 1e-4 && c.reached > 2.0 - 1e-9, "{c:?}");
     }
 

@@ -1,7 +1,7 @@
-//! The choice of experiments: exchange on blocks of rows, from many starts.
+//! The choice of experiments: exchange algorithm on blocks of rows, from many random starts.
 //!
-//! An experiment gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. Each start
-//! exchanges the experiment at every position for the best candidate until no exchange improves the criterion, by
+//! Each experiment i gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. For each position of the plan, a
+//! start replaces the experiment by the best candidate, until no exchange improves the criterion. The updates are
 //!
 //! det(F + W'W) = det F det(I + W F^-1 W'),
 //! tr (F + W'W)^-1 = tr F^-1 - tr((I + W F^-1 W')^-1 W F^-2 W').
@@ -11,9 +11,9 @@
 //! | greatest log det F | information rows | [Fedorov 1972] |
 //! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
-//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and of equal results the
-//! first is taken, so the result is independent of the number of threads. `certificate` bounds the distance of the plan from the
-//! best possible.
+//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and among equal results
+//! the first is taken. So the result is independent of the number of threads. `certificate` bounds the distance of the plan from
+//! the best possible plan.
 
 use numerics::information_matrix::{InformationFactor, InformationMatrix, WeightedRows};
 use numerics::interruption::Interruption;
@@ -29,20 +29,20 @@ pub enum Criterion {
     FrobeniusCondition,
 }
 
-/// The limits of the search.
+/// Effort of the search: number of starts, passes, threads and nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchEffort {
     /// Number of random initial plans.
     pub starts: usize,
     /// Greatest number of passes over the positions in a start.
     pub sweeps: usize,
-    /// Threads that share the starts; the result is independent of them.
+    /// Number of threads that share the starts; it does not change the result.
     pub threads: usize,
-    /// Seed of the random plans.
+    /// Seed of the random initial plans.
     pub seed: u64,
-    /// Greatest number of nodes of the branch and bound that follows; 0: none.
+    /// Greatest number of nodes of the branch and bound that follows the exchange; 0: no branch and bound.
     pub nodes: usize,
-    /// Relative gap of the D-efficiency at which the branch and bound ends.
+    /// The branch and bound ends at this relative gap of the D-efficiency.
     pub tolerance: f64,
 }
 
@@ -63,29 +63,29 @@ pub struct ExchangeSettings {
     pub search: SearchEffort,
 }
 
-/// The best plan found.
+/// The best plan that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// Indices of candidates, ascending; a candidate may be run twice.
+    /// Indices of the chosen candidates, ascending; a candidate may be chosen more than once.
     pub chosen: Vec<usize>,
-    /// Value of the criterion, without the ridge; minus infinity where the plan lacks full rank.
+    /// Value of the criterion without the ridge; minus infinity if the plan does not have full rank.
     pub value: f64,
-    /// Value reached by each start, in order.
+    /// Value that each start reached, in the order of the starts.
     pub starts: Vec<f64>,
 }
 
-/// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks full rank.
+/// Ridge relative to the mean information of a plan. It keeps the update formulas finite while a plan does not have full rank.
 const RELATIVE_RIDGE: f64 = 1e-9;
 
-/// Blocks between two checks for an interruption: some milliseconds.
+/// Number of blocks between two checks for an interruption, some milliseconds.
 const BLOCKS_PER_CHECK: usize = 64;
-/// A smaller relative gain is rounding.
+/// A relative gain below this is a rounding error.
 const LEAST_RELATIVE_GAIN: f64 = 1e-10;
 
-/// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
+/// Chooses the best plan of `count` experiments from the blocks of the candidates, from `search.starts` random starts.
 ///
-/// `progress` receives (starts done, number of starts, best value) from one thread at a time. Interrupted, it gives the best plan
-/// found so far.
+/// `progress` receives (ended starts, number of starts, best value) from one thread at a time. If it is interrupted, it gives the
+/// best plan found so far.
 pub fn exchange(
     blocks: &[WeightedRows],
     count: usize,
@@ -100,7 +100,7 @@ pub fn exchange(
     let scaled = equilibrated(blocks, criterion);
     let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
     let interruption = Interruption::here();
-    // A start depends on its number alone, not on its thread.
+    // The result of a start depends only on its number, not on its thread.
     let start = |s: usize| {
         let mut random = Random::stream(search.seed, s as u64);
         let found = interruption.during(|| one_start(&scaled, count, criterion, search.sweeps, &mut random));
@@ -121,13 +121,13 @@ pub fn exchange(
     Selection { chosen, value, starts }
 }
 
-/// log det F of a plan, or - log cond_fro; minus infinity without full rank.
+/// The criterion of a plan: log det F, or - log cond_fro F. Minus infinity if F does not have full rank.
 pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion) -> f64 {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
     match criterion {
         Criterion::Determinant => {
-            // Equilibrated, so that poorly scaled units are not taken for a lack of rank.
+            // Columns are scaled, so that bad units are not mistaken for a lack of rank.
             let scale = scales(p, of_plan());
             let scaled: Vec<WeightedRows> = of_plan().map(|b| b.scaled(&scale)).collect();
             let factor = InformationMatrix::sum(p, 0.0, scaled.iter().map(|b| (b, 1.0))).factor();
@@ -140,8 +140,8 @@ pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion)
     }
 }
 
-/// Divides columns by their root mean square, so that the ridge is small for each. For criterion (15) the columns keep their
-/// relative scale; only their mean trace is scaled to one.
+/// Scales the columns. For the determinant each column is divided by its root mean square, so that the ridge is small for each.
+/// For criterion (15) the columns keep their relative scale; only their mean trace is scaled to one.
 fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRows> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = match criterion {
@@ -154,7 +154,7 @@ fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRo
     blocks.iter().map(|b| b.scaled(&scale)).collect()
 }
 
-/// 1 / root mean square over blocks of each column; 1 for a column of zeros.
+/// Scale of each column: 1 / root mean square over the blocks; 1 for a column of zeros.
 pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a WeightedRows>) -> Vec<f64> {
     let (mut squares, mut count) = (vec![0.0; p], 0);
     for b in blocks {
@@ -201,7 +201,7 @@ fn one_start(
                     break;
                 }
                 let v = gain.with(block, &mut work);
-                // Exchanges for a gain within rounding would cycle.
+                // Exchanges whose gain is only rounding would repeat forever.
                 if v > best + LEAST_RELATIVE_GAIN * best.abs().max(1.0) {
                     best = v;
                     chosen[at] = i;
@@ -216,13 +216,13 @@ fn one_start(
     (chosen, best)
 }
 
-/// The criterion of F + W'W for any W, from quantities of F alone.
+/// Computes the criterion of F + W'W for any W, from quantities of F.
 struct Gain<'a> {
     factor: &'a InformationFactor,
     criterion: Criterion,
     trace: f64,
     trace_of_inverse: f64,
-    /// L^-1 L^-T, p x p: F^-2 = L^-T (L^-1 L^-T) L^-1.
+    /// B = L^-1 L^-T, p x p, with F = L L': F^-2 = L^-T B L^-1.
     between: Vec<f64>,
 }
 
@@ -281,7 +281,7 @@ impl<'a> Gain<'a> {
     }
 }
 
-/// Gauss-Jordan of a positive definite m x m matrix on a right-hand side of m columns, or of none.
+/// Gauss-Jordan elimination of a positive definite m x m matrix, with a right-hand side of m columns or without one.
 fn eliminate(a: &mut [f64], b: &mut [f64], m: usize, mut pivot: impl FnMut(f64)) {
     let columns = b.len() / m.max(1);
     for k in 0..m {

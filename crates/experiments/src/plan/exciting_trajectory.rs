@@ -1,7 +1,7 @@
-//! The motions of one experiment: a fast joint, possibly with slow joints, the others locked.
+//! The motion of one experiment: a fast joint, possibly with slow joints; the other joints are locked.
 //!
-//! A periodic motion swings between A and B: the acceleration is +a on [0, T/4), -a on
-//! [T/4, 3T/4), +a on [3T/4, T), so with L = |B - A|
+//! A swing moves periodically between A and B: the acceleration is +a on [0, T/4), -a on [T/4, 3T/4), +a on [3T/4, T). With L =
+//! |B - A|
 //!
 //! L = a T^2 / 16,   v_peak = 4 L / T,   f_P = 1/T = sqrt(a/L) / 4.
 //!
@@ -13,9 +13,9 @@
 //! | Mixed (1+2+3) | between the two | all joints behind it | (8), (10), (11) |
 //! | Gravity (4) | constant slow velocity, there and back | none | (13) |
 //!
-//! Slow joints move with the period and the phase of the fast one. Every profile has the odd
-//! half-wave symmetry q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), so that
-//! friction of the moving joint stays orthogonal to its acceleration at odd harmonics.
+//! Slow joints move with the period and the phase of the fast joint. Every profile has the odd half-wave symmetries q(t + T/2) -
+//! c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c). Therefore the friction of the moving joint is orthogonal to its
+//! acceleration at odd harmonics.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2]
 
@@ -25,23 +25,23 @@ use crate::motion::profile::Profile;
 use crate::motion::reference_motion::Reference;
 use crate::plan::motion_kind::MotionKind;
 
-/// The motion of the joints that move.
+/// How the moving joints move.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointMotion {
-    /// Whole periods between centre - half_range and centre + half_range.
+    /// Whole periods of a motion between centre - half_range and centre + half_range.
     Swing {
-        /// Profile of the velocity.
+        /// Profile of the swing over one period.
         profile: Profile,
-        /// Samples of one period.
+        /// Number of samples of one period.
         period: usize,
-        /// (B - A)/2 a coordinate, rad (m); 0: locked.
+        /// (B - A)/2 of each coordinate, rad (m); 0 for a locked one.
         half_range: Vec<f64>,
-        /// Periods before the record begins.
+        /// Number of periods before the record begins.
         transient_periods: usize,
-        /// Periods recorded.
+        /// Number of recorded periods.
         periods: usize,
     },
-    /// There and back over `range` at a constant velocity.
+    /// One movement over `range` at a constant velocity, and the same back.
     Sweep {
         /// Length of the sweep, rad (m).
         range: f64,
@@ -49,7 +49,7 @@ pub enum JointMotion {
         velocity: f64,
         /// Acceleration of the ramps at the ends, rad/s^2 (m/s^2).
         acceleration: f64,
-        /// Time dropped after each ramp, until the controller has settled, s.
+        /// Time after each ramp whose samples are dropped while the controller settles, s.
         settling: f64,
     },
 }
@@ -57,51 +57,51 @@ pub enum JointMotion {
 /// The motion of one experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitingTrajectory {
-    /// The torques that it excites.
+    /// The kind of torques that the motion excites.
     pub kind: MotionKind,
-    /// Coordinate of the fast joint, or of the only one that moves.
+    /// Index of the fast coordinate, or of the only coordinate that moves.
     pub fast: usize,
-    /// Coordinates of the slow joints.
+    /// Indices of the slow coordinates.
     pub slow: Vec<usize>,
-    /// Middle of the motion, and position of the locked joints, rad (m).
+    /// Middle of the motion of each moving coordinate and position of each locked one, rad (m).
     pub centre: Vec<f64>,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// The swing or the sweep.
+    /// The swing or the sweep of the moving joints.
     pub motion: JointMotion,
 }
 
-/// The joints that move in an experiment, and the centre of the motion.
+/// The joints that move in an experiment, with the centre of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingJoints<'a> {
-    /// The torques that the motion excites.
+    /// The kind of torques that the motion excites.
     pub kind: MotionKind,
-    /// Coordinate of the fast joint, or of the only one that moves.
+    /// Index of the fast coordinate, or of the only coordinate that moves.
     pub fast: usize,
-    /// Coordinates of the slow joints.
+    /// Indices of the slow coordinates.
     pub slow: &'a [usize],
-    /// Middle of the motion, and position of the locked joints, rad (m).
+    /// Middle of the motion of each moving coordinate and position of each locked one, rad (m).
     pub centre: &'a [f64],
 }
 
 /// Profile, period and amplitudes of a swing.
 #[derive(Clone, Copy, Debug)]
 pub struct SwingCourse<'a> {
-    /// Profile of the velocity.
+    /// Profile of the swing over one period.
     pub profile: Profile,
-    /// Samples of one period.
+    /// Number of samples of one period.
     pub period: usize,
     /// Peak acceleration of the fast joint, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Peak velocity of each coordinate where it is a slow one, rad/s (m/s).
+    /// Peak velocity of each coordinate if it is slow, rad/s (m/s).
     pub slow_velocity: &'a [f64],
-    /// Recorded time, s, rounded down to whole periods, with one period at least.
+    /// Recorded time, s. It is rounded down to whole periods, but is at least one period.
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
 }
 
-/// The projector of a spectral equation.
+/// The signal on which a spectral equation projects the torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projector {
     /// ddq of the fast joint at f_P: equations (8) and (11).
@@ -111,7 +111,7 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// Multiple of f_P.
+    /// The harmonic of f_P at which the signal is projected.
     pub fn harmonic(self) -> usize {
         match self {
             Projector::Acceleration => 1,
@@ -120,28 +120,28 @@ impl Projector {
     }
 }
 
-/// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, projector of the fast joint).
+/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v); v: projector signal of the fast joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
-    /// The joint whose torque is projected.
+    /// Index of the joint whose torque is projected.
     pub joint: usize,
-    /// Signal on which it is projected.
+    /// Signal on which the torque is projected.
     pub projector: Projector,
 }
 
 /// Acceleration of the ramps of a sweep, rad/s^2 (m/s^2).
 pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
-/// Rest at the ends of a sweep, s.
+/// Time of rest at each end of a sweep, s.
 const SWEEP_REST_S: f64 = 0.1;
-/// Time after each ramp of a sweep until the controller has settled, s.
+/// Time after each ramp of a sweep in which the controller settles, s.
 const SWEEP_SETTLING_S: f64 = 0.15;
-/// Periods before the record of a swing begins.
+/// Number of periods of a swing before the record begins.
 const TRANSIENT_PERIODS: usize = 2;
-/// Relative tolerance for the rounding of a number of periods.
+/// Relative tolerance for the rounding of the number of periods.
 const PERIODS_TOLERANCE: f64 = 1e-9;
 
 impl ExcitingTrajectory {
-    /// The swing of some joints with the given profile, period and amplitudes.
+    /// Makes a swing of some joints with the given profile, period and amplitudes.
     pub fn swing(joints: &MovingJoints, course: &SwingCourse) -> ExcitingTrajectory {
         let &MovingJoints { kind, fast, slow, centre } = joints;
         let &SwingCourse { profile, period, acceleration, slow_velocity, duration, sample_time } = course;
@@ -152,7 +152,7 @@ impl ExcitingTrajectory {
         for &l in slow {
             half_range[l] = 0.5 * slow_velocity[l] * t / v_factor;
         }
-        // At least one whole period; the tolerance absorbs the rounding of a duration that is a multiple of the period.
+        // At least one whole period. The tolerance covers rounding if the duration is a multiple of the period.
         let periods = ((duration / t + PERIODS_TOLERANCE) as usize).max(1);
         ExcitingTrajectory {
             kind,
@@ -164,7 +164,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// A slow sweep of one joint.
+    /// Makes a slow sweep of one joint over `range`, rad (m), at `velocity`, rad/s (m/s).
     pub fn sweep(fast: usize, centre: &[f64], range: f64, velocity: f64, sample_time: f64) -> ExcitingTrajectory {
         ExcitingTrajectory {
             kind: MotionKind::Gravity,
@@ -181,12 +181,12 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Coordinates that move; locked joints give no equation.
+    /// Indices of the coordinates that move; locked joints give no equation.
     pub fn moving(&self) -> Vec<usize> {
         std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
     }
 
-    /// The paper's equations of this experiment; none for gravity, which has the rows of (13).
+    /// The spectral equations of this experiment. Empty for gravity, which uses the equations (13).
     pub fn equations(&self) -> Vec<SpectralEquation> {
         let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
         let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };
@@ -203,7 +203,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Seconds from start to end, transients included.
+    /// Duration of the whole experiment with its transients, s.
     pub fn duration(&self) -> f64 {
         self.samples() as f64 * self.sample_time
     }
@@ -218,7 +218,8 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// The samples that are used: whole periods after the transients, or for each direction the section of constant velocity.
+    /// Ranges of the samples that are used: whole periods after the transients, or in each direction the section of constant
+    /// velocity.
     pub fn windows(&self) -> Vec<Range<usize>> {
         match &self.motion {
             JointMotion::Swing { period, transient_periods, periods, .. } => {
@@ -237,7 +238,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// The reference at every sample.
+    /// The reference motion at every sample.
     pub fn reference(&self) -> Reference {
         let (n, count, h) = (self.centre.len(), self.samples(), self.sample_time);
         let mut r = Reference {
@@ -248,7 +249,7 @@ impl ExcitingTrajectory {
             windows: self.windows(),
         };
         match &self.motion {
-            // A swing: half the range times the profile, all moving joints in phase.
+            // A swing: each moving joint follows its half range times the profile; all are in phase.
             JointMotion::Swing { profile, period, half_range, .. } => {
                 let t = *period as f64 * h;
                 for i in 0..count {
@@ -260,7 +261,7 @@ impl ExcitingTrajectory {
                     }
                 }
             }
-            // A sweep: up with a ramp of velocity, a constant velocity and a ramp down; after a rest, the same path back.
+            // A sweep: ramp up to the velocity, constant velocity, ramp down; after a rest, the same path back.
             JointMotion::Sweep { range, velocity, acceleration, .. } => {
                 let k = self.fast;
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
@@ -314,7 +315,7 @@ mod tests {
             for k in 0..3 {
                 let q: Vec<f64> = r.q[k].iter().map(|q| q - [0.0, 0.4, -0.2][k]).collect();
                 for i in 125..375 {
-                    // Rounding of the polynomial, amplitude below 0.3.
+                    // Tolerance: rounding of the polynomial, whose amplitude is below 0.3.
                     assert!((q[i + 250] + q[i]).abs() < 1e-15 * 4.0);
                     let s = i - 125;
                     assert!(s > 125 || (q[125 + s] + q[125 - s]).abs() < 1e-15 * 4.0);
@@ -325,7 +326,7 @@ mod tests {
 
     #[test]
     fn friction_of_the_moving_joint_is_orthogonal_to_its_acceleration() {
-        // Theorem: any law f(dq), at any odd harmonic; and without symmetry the integral of
+        // Theorem: for any friction law f(dq), f is orthogonal to ddq at any odd harmonic. Even without symmetry the integral of
         // f(dq) ddq over a period is zero.
         let mut random = Random::new(5);
         for profile in [Profile::BangBang, Profile::Smooth] {
@@ -346,7 +347,7 @@ mod tests {
                 for h in [1, 3, 5, 7] {
                     let (f_h, a_h) = (numerics::fourier::bin(&f, h), numerics::fourier::bin(a, h));
                     let cosine = (f_h * a_h.conj()).re / (f_h.norm() * a_h.norm());
-                    // 500 terms of rounding, in an angle.
+                    // Tolerance: rounding of 500 terms, as an angle.
                     assert!(cosine.abs() < 1e-11, "{profile:?} {h} {cosine}");
                 }
                 let integral: f64 = f.iter().zip(a).map(|(f, a)| f * a).sum();
@@ -364,7 +365,7 @@ mod tests {
             for k in 0..3 {
                 for i in 1..r.q[k].len() - 1 {
                     let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
-                    // Second order in the sample, and half a corner of 32 rad/s^2.
+                    // Errors: second order in the sample time, and half a jump of 32 rad/s^2.
                     assert!((v - r.dq[k][i]).abs() < 0.02, "{k} {i} {v} {}", r.dq[k][i]);
                 }
             }

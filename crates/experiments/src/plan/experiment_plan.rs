@@ -1,7 +1,7 @@
-//! The artefact of planning: the experiments to run, the contribution of each, and the quality of the set.
+//! The artefact plan.yaml: the experiments to run, the contribution of each, and the quality of the whole plan.
 //!
-//! Each experiment in the order is the one that adds the most to the experiments before it. The figures are predictions for
-//! motions that follow their reference, with the torque noise stated in the file.
+//! The experiments are in greedy order: each adds the most to the experiments before it. The figures are predictions for motions
+//! that follow their reference exactly, with the torque noise in the file.
 
 use std::fmt;
 
@@ -34,46 +34,47 @@ use crate::plan::ranges::check_motion;
 pub struct ExperimentPlan {
     /// The robot of the plan.
     pub model: ModelReference,
-    /// Names, in the order of q.
+    /// Names of the coordinates, in the order of q.
     pub coordinates: Vec<String>,
-    /// Whether the checksum of the file that it was read from matches.
+    /// Whether the checksum in the file matches its contents.
     #[serde(skip)]
     pub checksum: Checksum,
     /// Sample time of the controller, s.
     pub sample_time_s: f64,
-    /// Assumed standard deviation of one torque sample, N m, one per coordinate.
+    /// Assumed standard deviation of the noise of one torque sample, N m, one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// Number of motions that it was chosen from.
+    /// Number of candidates from which the plan was chosen.
     pub candidates: usize,
-    /// `determinant` or `frobenius_condition`.
+    /// The criterion: `determinant` or `frobenius_condition`.
     pub criterion: String,
-    /// Lower bound of (det F)^(1/p) over its value for the best plan of the same number of experiments.
+    /// Lower bound of the D-efficiency: (det F)^(1/p) over its value for the best plan of the same number of experiments.
     pub d_efficiency_at_least: f64,
-    /// The proof of a bound of log det F, where a branch and bound was run.
+    /// The proof of an upper bound of log det F. `None`: no branch and bound was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
-    /// The condition of equation (15) for this plan.
+    /// The Frobenius condition number of this plan, equation (15).
     pub cond_fro: f64,
-    /// Lower bound of the condition of any plan of these candidates.
+    /// Lower bound of the Frobenius condition number of any plan of these candidates.
     pub cond_fro_at_least: f64,
     /// Number of parameters that the plan makes identifiable.
     pub rank: usize,
-    /// Each adds the most to the experiments before it.
+    /// The experiments in greedy order: each adds the most to the experiments before it.
     pub experiments: Vec<PlannedExperiment>,
-    /// Parameters in the order of the regressor.
+    /// Predictions for the parameters, in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,
 }
 
-/// Tolerance of the bounds on the determinant and on the condition.
+/// Relative tolerance at which the computation of the bounds of determinant and condition number ends.
 const DESIGN_TOLERANCE: f64 = 1e-2;
-/// Iterations of each of these bounds, at most.
+/// Greatest number of iterations for each of these bounds.
 const DESIGN_ITERATIONS: usize = 2000;
-/// Ridge for the order of experiments while their information matrix lacks full rank.
+/// Ridge for the order of the experiments, as long as their information matrix does not have full rank.
 const ORDER_RIDGE: f64 = 1e-6;
 /// Least number of samples in a period of a swing.
 const MIN_PERIOD_SAMPLES: usize = 8;
 impl ExperimentPlan {
-    /// Chooses among the candidates and bounds the quality of the choice. `progress`: starts done, number of starts, best value.
+    /// Chooses a plan from the candidates and bounds its quality. `progress` receives (ended starts, number of starts, best
+    /// value).
     pub fn choose(
         model: ModelReference,
         regressor: &dyn Regressor,
@@ -83,7 +84,7 @@ impl ExperimentPlan {
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
         let ExchangeSettings { count, criterion, search } = choice;
-        // The determinant uses rows over their noise, the condition the unscaled rows of the paper.
+        // The determinant uses rows divided by their noise; the condition number uses the unweighted rows of the paper.
         let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();
@@ -91,7 +92,7 @@ impl ExperimentPlan {
             Criterion::Determinant => &information,
             Criterion::FrobeniusCondition => &raw,
         };
-        // A good plan by exchange, then a proven one by branch and bound where requested.
+        // First a good plan by exchange, then, if requested, a proven one by branch and bound.
         let mut chosen = exchange(blocks, *count, *criterion, search, progress).chosen;
         let bound = determinant_bound(&information, DESIGN_TOLERANCE, DESIGN_ITERATIONS);
         let work = SearchBudget { nodes: search.nodes, tolerance: search.tolerance };
@@ -101,7 +102,7 @@ impl ExperimentPlan {
             chosen.clone_from(&proven.chosen);
         }
         let motions = candidates.iter().map(|c| written(&c.trajectory, regressor.coordinates()));
-        // The quality of the plan: its condition, its determinant, and the predicted standard deviations.
+        // The quality of the plan: condition number, determinant, and predicted standard deviations.
         let condition = condition_bound(&raw, DESIGN_TOLERANCE, DESIGN_ITERATIONS);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
@@ -117,7 +118,7 @@ impl ExperimentPlan {
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
             d_efficiency_at_least: {
-                // The better of two bounds: from the relaxed design, and from the search tree.
+                // The better of two bounds: from the relaxed design, or from the search tree.
                 let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))
@@ -131,10 +132,10 @@ impl ExperimentPlan {
         }
     }
 
-    /// The motions, in order.
+    /// The motions of the experiments, in order.
     ///
-    /// Fails where the file names an unknown coordinate or kind, where a number of a motion is out of range, and where the name
-    /// of an experiment is not the name of a separate log file.
+    /// Fails if the file names an unknown coordinate or kind, if a number of a motion is out of range, or if the name of an
+    /// experiment cannot be the name of its own log file. `file`: name of the plan's file for messages.
     pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
         check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
@@ -154,7 +155,7 @@ impl ExperimentPlan {
             let words: Vec<&str> = MotionKind::ALL.iter().map(|k| k.word()).collect();
             return fail(format!("there is no kind `{}`; there are {}", e.kind, words.join(", ")));
         };
-        // A swing or a sweep, with numbers that are checked below.
+        // A swing or a sweep; the numbers are checked below.
         let motion = match (&e.swing, &e.sweep) {
             (Some(s), None) => {
                 let profile = match s.profile.as_str() {
@@ -192,31 +193,31 @@ impl ExperimentPlan {
             sample_time: self.sample_time_s,
             motion,
         };
-        // A number out of range is usually a wrong unit or a wrong digit.
+        // A number out of range usually has a wrong unit or a wrong digit.
         match check_motion(&trajectory) {
             Ok(()) => Ok(trajectory),
             Err(what) => fail(what),
         }
     }
 
-    /// The parameters that are not identifiable with the plan.
+    /// The parameters that are not identifiable with this plan.
     pub fn unidentifiable(&self) -> Vec<ParameterId> {
         self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.id.clone()).collect()
     }
 
-    /// The text of plan.yaml.
+    /// Writes the plan as the text of plan.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         artefact::write(ArtefactKind::Plan, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads plan.yaml.
+    /// Reads plan.yaml from its text. `file`: its name for messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
         let plan: ExperimentPlan = artefact::read(ArtefactKind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
         Ok(ExperimentPlan { checksum: Checksum::of(text), ..plan })
     }
 }
 
-/// The parameters with the standard deviations that a fit of the experiments predicts.
+/// The parameters with their predicted standard deviations from a fit of all experiments.
 fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<PredictedParameter> {
     let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
         id: ParameterId::Base(base.name.clone()),
@@ -271,7 +272,8 @@ fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> Plan
     PlannedExperiment { name, kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// Greedy order: the experiment that adds the most comes next. `names_candidates`: each experiment names its candidate.
+/// Orders the experiments greedily: the one that adds the most comes next. `names_candidates`: whether each experiment gets the
+/// index of its candidate.
 fn in_order(
     regressor: &dyn Regressor,
     candidates: &[Candidate],
@@ -283,7 +285,7 @@ fn in_order(
     let scale = scales(p, left.iter().map(|&i| &information[i]));
     let value = |chosen: &[usize]| {
         let rows: Vec<WeightedRows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
-        // The ridge stands for the experiments that are not yet chosen. It affects the order only.
+        // The ridge replaces the experiments that are not yet chosen. It affects only the order.
         let f = InformationMatrix::sum(p, ORDER_RIDGE, rows.iter().map(|r| (r, 1.0)));
         f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
     };

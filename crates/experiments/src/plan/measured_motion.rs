@@ -1,25 +1,25 @@
-//! A measured motion for the equations of the spectrum: positions and their derivatives over whole periods.
+//! A measured motion for spectral equations: positions and their derivatives over whole periods.
 
 use linear_model::regressor::Regressor;
 
 use crate::motion::reference_motion::Reference;
 
-/// A measured motion: q, dq, ddq, one series a coordinate.
+/// A measured motion: positions, velocities and accelerations, one series per coordinate.
 #[derive(Clone, Debug, Default)]
 pub struct MeasuredMotion {
-    /// Positions, rad (m), one series a coordinate.
+    /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// Velocities, rad/s (m/s).
+    /// Velocities, rad/s (m/s), one series per coordinate.
     pub dq: Vec<Vec<f64>>,
-    /// Accelerations, rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2), one series per coordinate.
     pub ddq: Vec<Vec<f64>>,
 }
 
-/// Instants whose regressors are evaluated at once.
+/// Number of instants whose regressors are evaluated in one call.
 pub const INSTANTS_PER_PASS: usize = 64;
 
 impl MeasuredMotion {
-    /// The samples of a reference inside its windows.
+    /// Takes the samples of a reference inside its windows.
     pub fn of_reference(reference: &Reference) -> MeasuredMotion {
         let cut = |x: &Vec<Vec<f64>>| {
             let one = |x: &Vec<f64>| reference.windows.iter().flat_map(|w| x[w.clone()].iter().copied()).collect();
@@ -28,13 +28,14 @@ impl MeasuredMotion {
         MeasuredMotion { q: cut(&reference.q), dq: cut(&reference.dq), ddq: cut(&reference.ddq) }
     }
 
-    /// Whole periods q with time step `h` s, differentiated by periodic central differences.
+    /// Takes positions `q` over whole periods with time step `h`, s, and differentiates them by periodic central differences.
     pub fn by_differences(q: &[Vec<f64>], h: f64) -> MeasuredMotion {
         let (dq, ddq) = q.iter().map(|q| numerics::fourier::circular_differences(q, h)).unzip();
         MeasuredMotion { q: q.to_vec(), dq, ddq }
     }
 
-    /// One period a coordinate with time step `h` s, filtered to the harmonics up to `highest` and differentiated.
+    /// Takes one period of positions per coordinate with time step `h`, s, keeps the harmonics up to `highest`, and
+    /// differentiates them.
     pub fn by_harmonics(period: &[Vec<f64>], h: f64, highest: usize) -> MeasuredMotion {
         let mut motion = MeasuredMotion::default();
         for q in period {
@@ -51,12 +52,12 @@ impl MeasuredMotion {
         self.q.first().map_or(0, Vec::len)
     }
 
-    /// Whether there is no instant.
+    /// Whether there are no instants.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Y at every instant for one joint at a time: `columns[joint][parameter][instant]`.
+    /// The columns of Y over time for each joint: `columns[joint][parameter][instant]`.
     pub fn regressor_columns(&self, regressor: &dyn Regressor) -> Vec<Vec<Vec<f64>>> {
         let (n, p, count) = (self.q.len(), regressor.parameters().len(), self.len());
         let mut columns = vec![vec![vec![0.0; count]; p]; n];

@@ -1,14 +1,16 @@
 //! The kinds of motion that a plan chooses from, the number of motions and rows, and the memory that they need.
 //!
-//! At the peak of the choice, memory holds all rows five times: unscaled and over their standard deviations, both once more for
-//! the choice, and one of them with scaled columns. It holds each motion twice: as tried, and with its rows.
+//! At the peak of the choice, memory holds all rows five times: unweighted and divided by their standard deviations, both again
+//! for the choice, and one of them with scaled columns. It holds each motion twice: the one that was tried, and the one with its
+//! rows.
 
 use numerics::information_matrix::WeightedRows;
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 use crate::plan::motion_kind::MotionKind;
 
-/// The kinds of motion of joint `fast` of `n`, with the slow joints, which are joints behind it in the chain.
+/// The kinds of motion whose fast joint is `fast`, in a chain of `n` joints; each with its slow joints, which follow `fast` in
+/// the chain.
 pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionKind, Vec<usize>)> {
     let mut motions = vec![(MotionKind::Inertial, vec![])];
     for l in fast + 1..n {
@@ -24,8 +26,8 @@ pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionK
     motions
 }
 
-/// Greatest number of rows of a kind of motion. The gravity torque about a turning joint, with all others at rest, is a cos q + b
-/// sin q + c. The equations of a sweep are centred, so it gives two rows.
+/// Greatest number of rows that a kind of motion gives. The gravity torque of a revolute joint, with all other joints at rest, is
+/// a cos q + b sin q + c. The equations of a sweep are centred, so it gives two rows.
 fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     match kind {
         MotionKind::Inertial => 1,
@@ -40,16 +42,17 @@ pub fn count_of_rows(n: usize, has_gravity: bool) -> usize {
     (0..n).flat_map(|fast| kinds_of(fast, n, has_gravity)).map(|kind| rows_of(&kind)).sum()
 }
 
-/// Copies of the rows at the peak of the choice.
+/// Number of copies of the rows at the peak of the choice.
 const COPIES_OF_ROWS: f64 = 5.0;
-/// Copies of a motion at the peak of the choice.
+/// Number of copies of a motion at the peak of the choice.
 const COPIES_OF_MOTIONS: f64 = 2.0;
 
-/// Memory for the choice among all kinds of motion of `n` joints about this number of configurations, bytes; `p`: parameters.
+/// Memory for the choice among all kinds of motion of `n` joints about `configurations` configurations, bytes; `p`: number of
+/// parameters.
 pub fn bytes_of_choice(n: usize, p: usize, has_gravity: bool, configurations: usize) -> f64 {
     let (rows, kinds) = (count_of_rows(n, has_gravity), count_of_kinds(n, has_gravity));
     let of_rows = COPIES_OF_ROWS * (rows * p * size_of::<f64>() + kinds * size_of::<WeightedRows>()) as f64;
-    // A motion and its lists: the centre, half ranges, and slow joints.
+    // A motion with its lists: centre, half ranges, and slow joints.
     let of_motions = COPIES_OF_MOTIONS * (kinds * (size_of::<ExcitingTrajectory>() + 3 * n * size_of::<f64>())) as f64;
     configurations as f64 * (of_rows + of_motions)
 }
@@ -83,7 +86,7 @@ mod tests {
                 let joints = MovingJoints { kind: word, fast, slow, centre: &centre };
                 let swing = ExcitingTrajectory::swing(&joints, &course);
                 let equations = swing.equations().len();
-                // A sweep is no swing: the rows of a sweep are tested in paper_rows.rs.
+                // Swings only: paper_rows.rs tests the rows of a sweep.
                 assert_eq!(rows_of(&kind), if word == MotionKind::Gravity { 2 } else { equations }, "{kind:?}");
             }
         }

@@ -3,18 +3,18 @@
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2]; the table of motions is in
 //! [`crate::plan::exciting_trajectory`].
 
-/// The purpose of an experiment.
+/// The kind of torques that an experiment excites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionKind {
-    /// The fast joint alone, at its greatest acceleration: its inertia.
+    /// The fast joint moves alone, at its greatest acceleration: excites its inertia.
     Inertial,
-    /// The fast joint at its greatest velocity, and a slow one: centrifugal torques.
+    /// The fast joint moves at its greatest velocity, with one slow joint: excites centrifugal torques.
     Centrifugal,
-    /// The fast joint at its greatest acceleration, and a slow one: inertia between them.
+    /// The fast joint moves at its greatest acceleration, with one slow joint: excites the inertia that couples them.
     Coupling,
-    /// Between Centrifugal and Coupling, with all joints behind the fast one.
+    /// A compromise of Centrifugal and Coupling, with all joints after the fast one in the chain.
     Mixed,
-    /// The fast joint alone, slowly there and back: gravity.
+    /// The fast joint moves alone, slowly there and back: excites gravity torques.
     Gravity,
 }
 
@@ -34,7 +34,7 @@ impl MotionKind {
         }
     }
 
-    /// The kind with this name.
+    /// The kind with this name; `None` if there is no such kind.
     pub(crate) fn from_word(word: &str) -> Option<MotionKind> {
         MotionKind::ALL.into_iter().find(|k| k.word() == word)
     }

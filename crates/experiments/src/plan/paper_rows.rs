@@ -1,12 +1,12 @@
-//! The paper's rows: one equation a harmonic, and the centred equations of gravity.
+//! The rows of the paper cited below: one spectral equation per harmonic, and the centred equations of gravity.
 //!
 //! (8), (11)  Sp(D_j, ddq_k, f_P) X = Sp(tau_j, ddq_k, f_P)       (j = k or a slow joint)
 //! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
 //! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
 //!
-//! The standard deviation of white noise is sigma a sample; the variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2). The gravity
-//! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank: the information of (13) without
-//! the squared condition of the normal equations (14).
+//! The torque noise is white with standard deviation sigma per sample; the variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2). The
+//! gravity equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank. It has the information
+//! of (13) without the squared condition number of the normal equations (14).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
@@ -18,26 +18,27 @@ use numerics::information_matrix::WeightedRows;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion, Projector};
 use crate::plan::measured_motion::{INSTANTS_PER_PASS, MeasuredMotion};
 
-/// A row of the triangle whose pivot is below this share of the first (of 1, if that is greater) carries no information.
+/// A row of the triangle is dropped if its pivot is below this share of the first pivot (of 1, if that is greater).
 const RANK_TOLERANCE: f64 = 1e-9;
-/// Rows of W with their right-hand sides.
+/// Equations: rows of W with their right-hand sides.
 #[derive(Clone, Debug)]
 pub struct EquationBlock {
-    /// Regressor, N m per unit of parameter.
+    /// Rows of the regressor, N m per unit of the parameter.
     pub rows: WeightedRows,
-    /// Torque of a known load, N m: rows X + known = right.
+    /// Torques of a known load, N m, one per row: rows X + known = right.
     pub known: Vec<f64>,
-    /// Right-hand sides, N m.
+    /// Right-hand sides, N m, one per row.
     pub right: Vec<f64>,
     /// Standard deviation of each right-hand side, N m.
     pub deviation: Vec<f64>,
-    /// Coordinate of each row.
+    /// Index of the coordinate of each row.
     pub joint: Vec<usize>,
 }
 
-/// Rows (8), (10), (11) of a periodic experiment over the whole periods of `motion`.
+/// The spectral rows (8), (10), (11) of a swing over the whole periods of `motion`.
 ///
-/// `torque[j]` in N m, `noise[j]` its standard deviation a sample, N m. A row with a projector of zero is left out.
+/// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. A row whose projector is zero is
+/// left out.
 pub fn spectral_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -74,7 +75,7 @@ pub fn spectral_rows(
     block
 }
 
-/// Rows (13) of a sweep, reduced to a triangle. `directions`: the number of samples there and back.
+/// The rows (13) of a sweep, reduced to a triangle. `directions`: number of samples of each direction.
 pub fn gravity_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -89,7 +90,7 @@ pub fn gravity_rows(
     if count == 0 {
         return block;
     }
-    // One row an instant: D at rest, and the torque.
+    // One row per instant: D at rest, and the torque.
     let mut w = DMatrix::<f64>::zeros(count, p + 1);
     let mut y = vec![0.0; INSTANTS_PER_PASS * n * p];
     let mut states = vec![0.0; INSTANTS_PER_PASS * 3 * n];
@@ -105,7 +106,7 @@ pub fn gravity_rows(
             w[(i, p)] = torque[k][i];
         }
     }
-    // Each direction is centred separately, so a friction that depends on the direction alone cancels.
+    // Each direction is centred separately. This cancels friction that depends only on the direction.
     let mut first = 0;
     for &length in directions {
         let length = length.min(count - first);
@@ -122,9 +123,9 @@ pub fn gravity_rows(
     block
 }
 
-/// Reduces [A y] to the triangle of A's column-pivoted QR, cut at the rank of A.
+/// Reduces [A y] to the triangle of the column-pivoted QR of A, cut at the rank of A.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    // Rows of zeros change no triangle. They make it square where there are few instants.
+    // Rows of zeros do not change the triangle. They make it square if there are few instants.
     let few = (p + 1).saturating_sub(w.nrows());
     let instants = w.nrows();
     let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
@@ -142,12 +143,13 @@ fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
 }
 
 impl EquationBlock {
-    /// A block without equations in `p` parameters.
+    /// An empty block of equations with `p` parameters.
     pub fn new(p: usize) -> EquationBlock {
         EquationBlock { rows: WeightedRows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
-    /// Adds a row, its right-hand side, N m, the standard deviation of the right-hand side, and the joint of the row.
+    /// Adds a row with its right-hand side, N m, the standard deviation of the right-hand side, N m, and the index of its
+    /// coordinate.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);
@@ -156,14 +158,14 @@ impl EquationBlock {
         self.joint.push(joint);
     }
 
-    /// Sets the known torque of a load that adds `parameters` to X.
+    /// Sets the known torque of a load; `parameters` are the values that the load adds to X.
     pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
         let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(torque).collect();
         self
     }
 
-    /// Rows over their standard deviations: the information of the block is W'W.
+    /// The rows divided by their standard deviations; W'W of these rows is the information of the block.
     pub fn weighted(&self) -> WeightedRows {
         let mut rows = WeightedRows::new(self.rows.width());
         for (row, s) in self.rows.iter().zip(&self.deviation) {
@@ -202,16 +204,16 @@ mod tests {
         let torque = |i: usize| columns.iter().zip(arm.truth).map(|(d, x)| d[i] * x).sum::<f64>();
         let mut tau: Vec<f64> = (0..motion.len()).map(torque).collect();
         let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
-        // A friction that depends on the direction alone must not affect the rows.
+        // Friction that depends only on the direction must not affect the rows.
         for (i, tau) in tau.iter_mut().enumerate() {
             *tau += if i < directions[0] { 0.6 } else { -0.75 };
         }
         let block = gravity_rows(&sweep, &arm, &motion.q, &[tau], &[0.1], &directions);
-        // At rest the joint carries two first moments: along and across the link.
+        // At rest the joint has two identifiable first moments: along and across the link.
         assert_eq!(block.right.len(), 2);
         for (row, y) in block.rows.iter().zip(&block.right) {
             let x: f64 = row.iter().zip(arm.truth).map(|(a, b)| a * b).sum();
-            // Sums of thousands of torques of 10 N m.
+            // Tolerance: sums of thousands of torques of 10 N m.
             assert!((x - y).abs() < 1e-10, "{x} {y}");
         }
     }

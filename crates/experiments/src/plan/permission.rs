@@ -1,16 +1,16 @@
-//! Conditions on the motions of a plan in addition to the limits of their coordinates.
+//! Conditions on poses and motions of a plan, in addition to the limits of the coordinates.
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 
 /// Conditions on poses and motions in addition to the limits of the coordinates.
 pub trait Permission: Sync {
-    /// Whether the robot may be at the position q, rad (m).
+    /// Whether the robot may be at the configuration q, rad (m).
     fn pose(&self, q: &[f64]) -> bool;
-    /// Whether a motion is permitted.
+    /// Whether the robot may perform this motion.
     fn motion(&self, trajectory: &ExcitingTrajectory) -> bool;
 }
 
-/// The permission that refuses nothing.
+/// A permission that allows everything.
 pub struct AllowAll;
 
 impl Permission for AllowAll {

@@ -1,54 +1,54 @@
-//! The proof of a bound for all plans of experiments: a tree of splits with a design at each leaf.
+//! The proof of an upper bound for all plans of experiments: a tree of splits with a design at each leaf.
 //!
-//! The bound of a leaf follows from its design and the splits above it ([`crate::plan::relaxed_design`]), so the bound of the
-//! whole can be recomputed from the tree and the candidates alone. Candidates with the same information count as one: the tree
-//! covers plans with the first of them only, since the others cannot improve a plan.
+//! The bound of a leaf follows from its design and from the splits above the leaf ([`crate::plan::relaxed_design`]). So the bound
+//! for all plans can be recomputed from the tree and the candidates alone. If several candidates have the same information, the
+//! tree covers only plans with the first of them, because the others cannot improve a plan.
 
 use serde::{Deserialize, Serialize};
 
 use crate::plan::planned_experiment::CandidateMotion;
 
-/// A node of a proof.
+/// A node of a proof tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProofNode {
-    /// Plans that run a candidate at most `at_most` times, and plans that run it more often.
+    /// Divides the plans: those that run a candidate at most `at_most` times, and those that run it more often.
     Split {
         /// Index of the candidate.
         candidate: usize,
-        /// Most runs in the node `below`.
+        /// Greatest number of runs of the candidate in the plans of `below`.
         at_most: usize,
-        /// Node of the plans that run it at most `at_most` times.
+        /// Index of the node of plans with at most `at_most` runs of the candidate.
         below: usize,
-        /// Node of the other plans.
+        /// Index of the node of plans with more runs.
         above: usize,
     },
-    /// Plans with the bound of the tangent at a design.
+    /// All plans of this node have the bound from the tangent at a design.
     Leaf {
-        /// Index of the design.
+        /// Index of this design in the list of designs.
         design: usize,
     },
 }
 
-/// A bound for all plans, with its proof.
+/// An upper bound for all plans, with its proof.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanProof {
-    /// Bound of log det F for any plan of the same number of experiments, with rows over their noise.
+    /// Upper bound of log det F for any plan of the same number of experiments; rows are divided by their noise.
     pub log_det_at_most: f64,
-    /// The candidates in order, so that a reader can compute their rows from the robot description.
+    /// The candidates in their order, so that a reader can compute their rows from the robot description.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub candidates: Vec<CandidateMotion>,
-    /// Candidates that plans omit: (candidate, an earlier one with the same information).
+    /// Omitted candidates with the reason: (omitted candidate, earlier candidate with the same information).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub equal: Vec<(usize, usize)>,
-    /// Designs: (candidate, number of runs), entries above zero.
+    /// The designs of the leaves: lists of (candidate, number of runs) without zeros.
     pub designs: Vec<Vec<(usize, f64)>>,
-    /// The first node is the root.
+    /// The nodes of the tree; the first node is the root.
     pub tree: Vec<ProofNode>,
 }
 
 impl PlanProof {
-    /// The proof with the candidates written out.
+    /// The proof with the motions of its candidates, so that the file is complete.
     pub(crate) fn with_candidates(self, candidates: impl Iterator<Item = CandidateMotion>) -> PlanProof {
         PlanProof { candidates: candidates.collect(), ..self }
     }

@@ -1,56 +1,56 @@
-//! One experiment of a plan, and the prediction for a parameter, in the form of plan.yaml.
+//! One experiment of a plan, and the prediction for one parameter, in the form of plan.yaml.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
-/// One experiment.
+/// One experiment of a plan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedExperiment {
-    /// Name of the experiment and of its log: `e01`.
+    /// Name of the experiment and of its log file: `e01`.
     pub name: String,
-    /// Index of the candidate that it runs, where the proof of the plan lists them.
+    /// Index of the candidate that the experiment runs. `None` if the proof of the plan does not list candidates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub candidate: Option<usize>,
-    /// The name of its kind: the torques that it excites.
+    /// Name of the kind of motion, that is, of the torques that it excites.
     pub kind: String,
-    /// Coordinate of the fast joint, or of the joint that sweeps.
+    /// Name of the fast coordinate, or of the coordinate that sweeps.
     pub fast: String,
-    /// Coordinates of the slow joints.
+    /// Names of the slow coordinates.
     pub slow: Vec<String>,
     /// Centre of the motion, rad (m), in the order of the coordinates.
     pub centre: Vec<f64>,
-    /// The periodic swing, if it is one.
+    /// The swing; `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The slow sweep, if it is one.
+    /// The sweep; `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
-    /// Rank of F of this experiment and the ones before it.
+    /// Rank of F of this experiment and of all experiments before it.
     pub rank: usize,
-    /// log det F that it adds, where F has full rank without it.
+    /// Increase of log det F by this experiment. `None` if F does not have full rank without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adds_log_det: Option<f64>,
-    /// Parameters that become identifiable with it.
+    /// Parameters that this experiment makes identifiable.
     pub adds: Vec<ParameterId>,
 }
 
-/// A motion that a plan was chosen from; its keys are the keys of an experiment.
+/// A candidate motion of a plan. Its keys equal the keys of an experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateMotion {
-    /// The name of its kind: the torques that it excites.
+    /// Name of the kind of motion, that is, of the torques that it excites.
     pub kind: String,
-    /// Coordinate of the fast joint, or of the joint that sweeps.
+    /// Name of the fast coordinate, or of the coordinate that sweeps.
     pub fast: String,
-    /// Coordinates of the slow joints.
+    /// Names of the slow coordinates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slow: Vec<String>,
     /// Centre of the motion, rad (m), in the order of the coordinates.
     pub centre: Vec<f64>,
-    /// The periodic swing, if it is one.
+    /// The swing; `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The slow sweep, if it is one.
+    /// The sweep; `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
 }
@@ -58,13 +58,13 @@ pub struct CandidateMotion {
 /// A periodic swing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedSwing {
-    /// `bang_bang` or `smooth`.
+    /// Profile: `bang_bang` or `smooth`.
     pub profile: String,
-    /// Samples of one period.
+    /// Number of samples of one period.
     pub period_samples: usize,
-    /// Periods before the motion is periodic.
+    /// Number of periods before the motion counts as periodic.
     pub transient_periods: usize,
-    /// Periods that are used.
+    /// Number of periods that are used.
     pub periods: usize,
     /// (B - A)/2 of each coordinate, rad (m), in the order of the coordinates.
     pub half_range: Vec<f64>,
@@ -73,13 +73,13 @@ pub struct PlannedSwing {
 /// A slow sweep there and back.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedSweep {
-    /// Distance between the ends, rad.
+    /// Distance between the ends, rad (m).
     pub range_rad: f64,
-    /// Constant velocity between the ends, rad/s.
+    /// Constant velocity between the ends, rad/s (m/s).
     pub velocity_rad_per_s: f64,
-    /// Acceleration at the ends, rad/s^2.
+    /// Acceleration of the ramps at the ends, rad/s^2 (m/s^2).
     pub acceleration_rad_per_s2: f64,
-    /// Time after each ramp that is dropped while the controller settles, s.
+    /// Time after each ramp whose samples are dropped while the controller settles, s.
     pub settling_s: f64,
 }
 
@@ -91,11 +91,11 @@ pub struct PredictedParameter {
     pub id: ParameterId,
     /// SI unit of its standard deviation.
     pub unit: Unit,
-    /// Standard deviation from the paper's rows, in `unit`; none: the parameter is not identifiable with the plan.
+    /// Predicted standard deviation in `unit`. `None`: the parameter is not identifiable with the plan.
     pub sigma: Option<f64>,
 }
 
-/// Refuses names that do not give one separate file each in the directory of the logs, since these files are written.
+/// Fails if the names do not give each experiment its own file in the directory of the logs, because files are written there.
 pub fn check_names(experiments: &[PlannedExperiment]) -> Result<(), String> {
     let files = |e: &PlannedExperiment| [e.name.to_lowercase(), format!("{}_loaded", e.name.to_lowercase())];
     for (i, e) in experiments.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The function that recomputes the proof in a plan's file; the package that proves plans registers it.
+//! A slot for the function that recomputes the proof in a plan's file; the package that proves plans registers the function.
 
 use std::sync::OnceLock;
 
@@ -7,18 +7,18 @@ use logs::Error;
 
 use crate::plan::experiment_plan::ExperimentPlan;
 
-/// The lower bound of the D-efficiency from the proof in a plan, recomputed; `None` where the plan has no proof that can be
-/// checked. The text is the name of the plan's file, for messages.
+/// Recomputes the lower bound of the D-efficiency from the proof in a plan; the text is the name of the plan's file, for
+/// messages. `None` if the plan has no proof that can be checked.
 pub type FindProof = fn(&ExperimentPlan, &dyn Regressor, &str) -> Result<Option<f64>, Error>;
 
 static FIND: OnceLock<Result<FindProof, &'static str>> = OnceLock::new();
 
-/// Sets the function that checks proofs, or the message where there is none; only the first call counts.
+/// Registers the function that checks proofs, or a message why there is none. Only the first call has an effect.
 pub fn register(find: Result<FindProof, &'static str>) {
     FIND.get_or_init(|| find);
 }
 
-/// The function that checks proofs, or the reason why there is none.
+/// The registered function, or the message why there is none.
 pub fn registered() -> Result<FindProof, &'static str> {
     FIND.get().copied().unwrap_or(Err("no check of proofs is registered"))
 }

@@ -1,4 +1,4 @@
-//! The search for the best plan with a proof; another package registers it.
+//! A slot for the search of the best plan with a proof; another package registers the search.
 
 use std::sync::OnceLock;
 
@@ -9,35 +9,35 @@ use crate::plan::plan_proof::PlanProof;
 /// The best plan found, with its proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProvenPlan {
-    /// Indices of candidates, ascending.
+    /// Indices of the chosen candidates, ascending.
     pub chosen: Vec<usize>,
-    /// log det F.
+    /// log det F of the plan.
     pub value: f64,
-    /// The proof of an upper bound for all plans.
+    /// The proof of an upper bound of log det F for all plans.
     pub proof: PlanProof,
 }
 
-/// The limits of a search.
+/// When a search ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchBudget {
-    /// Largest number of nodes.
+    /// Greatest number of nodes.
     pub nodes: usize,
-    /// Relative gap of the D-efficiency. A bound within it ends the search.
+    /// The search ends when the relative gap of the D-efficiency is at most this.
     pub tolerance: f64,
 }
 
-/// Finds the best plan of as many experiments as the given plan, from the candidates' rows over their noise, with an upper bound
-/// for all such plans; `None` where the candidates together lack full rank.
+/// Finds the best plan from the candidates' rows (divided by their noise) and an initial plan, which also gives the number of
+/// experiments. `None` if all candidates together do not have full rank.
 pub type ProvePlan = fn(&[WeightedRows], &[usize], &SearchBudget) -> Option<ProvenPlan>;
 
 static PROVE: OnceLock<Result<ProvePlan, &'static str>> = OnceLock::new();
 
-/// Sets the search, or the message where there is none; only the first call counts.
+/// Registers the search, or a message why there is none. Only the first call has an effect.
 pub fn register(prove: Result<ProvePlan, &'static str>) {
     PROVE.get_or_init(|| prove);
 }
 
-/// The search, or the reason why there is none.
+/// The registered search, or the message why there is none.
 pub fn registered() -> Result<ProvePlan, &'static str> {
     PROVE.get().copied().unwrap_or(Err("no search of proofs is registered"))
 }

@@ -1,43 +1,44 @@
-//! log det F about a design to second order, and the best step of this model between bounds.
+//! A second-order model of log det F about a design, and the best step of this model between bounds.
 //!
 //! With T = F(x)^-1, g_i = tr(F_i T) and H_ij = tr(F_i T F_j T),
 //!
 //! log det F(x + d) = log det F(x) + g'd - d'Hd/2 + third order, sum d = 0.
 //!
-//! The step is found by moving runs from the worst candidate to the best, each time by the exact length. Each move costs one pass
-//! over the candidates. [Fedorov 1972] moves on log det F itself, where each move costs a factorisation.
+//! The step moves runs from the worst candidate to the best, each time by the exact length. Each move costs one pass over the
+//! candidates. The exchange of [Fedorov 1972] uses log det F itself, so each move costs a factorisation.
 //!
-//! Members are the candidates that are run and the ones with the greatest g. The others would not be run, and the cost grows with
-//! the square of the number of members. H_ij is the sum of the squares of the products of the whitened rows of i and j.
+//! Only some candidates are members of the model: those that are run, and those with the greatest g. Others would not be run, and
+//! the cost grows with the square of the number of members. H_ij is the sum of the squares of the products of the whitened rows
+//! of i and j.
 
 use numerics::information_matrix::{InformationFactor, WeightedRows};
 
-/// A relative rise below this is the rounding of the slopes.
+/// A relative increase below this is rounding of the slopes.
 const RELATIVE_SLOPE_ROUNDING: f64 = 1e-12;
-/// A remainder of runs below this is the rounding of a sum of whole numbers.
+/// A remainder of runs below this is rounding of a sum of whole numbers.
 const RUN_ROUNDING: f64 = 1e-9;
-/// The model at a design; candidates that are not members keep their number of runs.
+/// The model at a design. Candidates that are not members keep their number of runs.
 #[derive(Clone, Debug)]
 pub struct QuadraticModel {
-    /// Indices of candidates, ascending.
+    /// Indices of the member candidates, ascending.
     members: Vec<usize>,
-    /// g, one a member.
+    /// Slopes g, one per member.
     gain: Vec<f64>,
-    /// H, row by row.
+    /// Matrix H, row by row.
     curvature: Vec<f64>,
 }
 
-/// The range of steps of each candidate from the design.
+/// The allowed range of steps of each candidate, from the current design.
 #[derive(Clone, Debug)]
 pub struct StepBounds {
-    /// Least step, at most 0 where the design is within its bounds.
+    /// Least step of each candidate; at most 0 if the design is within its bounds.
     pub least: Vec<f64>,
-    /// Greatest step.
+    /// Greatest step of each candidate.
     pub most: Vec<f64>,
 }
 
 impl QuadraticModel {
-    /// The model of these members at the F with this factor.
+    /// Makes the model with these members at the design whose F has the factorisation `factor`.
     pub fn new(blocks: &[WeightedRows], members: Vec<usize>, factor: &InformationFactor) -> QuadraticModel {
         let p = blocks.first().map_or(0, WeightedRows::width);
         let (mut rows, mut ends) = (Vec::new(), vec![0]);
@@ -68,7 +69,7 @@ impl QuadraticModel {
         &self.curvature[i * self.gain.len()..(i + 1) * self.gain.len()]
     }
 
-    /// The best step that at most `moves` moves find, one number a candidate, and the gain of the model by it.
+    /// The best step that at most `moves` moves find, one entry per candidate, and the increase of the model by this step.
     pub fn step(&self, room: &StepBounds, moves: usize) -> (Vec<f64>, f64) {
         let mut own = vec![0.0; self.members.len()];
         let gained = self.ascend(&mut own, &self.own(room), moves);
@@ -82,7 +83,7 @@ impl QuadraticModel {
         StepBounds { least: of(&room.least), most: of(&room.most) }
     }
 
-    /// Ascends from the step by at most `moves` moves, and gives the gain of the model by the resulting step.
+    /// Improves `step` by at most `moves` moves; gives the increase of the model by the resulting step.
     fn ascend(&self, step: &mut [f64], room: &StepBounds, moves: usize) -> f64 {
         let count = step.len();
         let mut slope = self.gain.clone();
@@ -101,7 +102,7 @@ impl QuadraticModel {
             }
             let (Some(grows), Some(shrinks)) = (grows, shrinks) else { break };
             let rise = slope[grows] - slope[shrinks];
-            // slope_grows - slope_shrinks is the gain per run moved.
+            // The difference of both slopes is the increase of the model per moved run.
             if rise <= RELATIVE_SLOPE_ROUNDING * slope[grows].abs() {
                 break;
             }
@@ -114,18 +115,18 @@ impl QuadraticModel {
                 if by == step[shrinks] - room.least[shrinks] { room.least[shrinks] } else { step[shrinks] - by };
             slope.iter_mut().zip(g.iter().zip(s)).for_each(|(x, (g, s))| *x -= by * (g - s));
         }
-        // g'd - d'Hd/2 with slope = g - Hd.
+        // The increase g'd - d'Hd/2, computed with slope = g - H d.
         step.iter().zip(self.gain.iter().zip(&slope)).map(|(d, (g, s))| 0.5 * d * (g + s)).sum()
     }
 
-    /// The loss of the model when a candidate steps by `by` and stays there while the others are optimised; infinite where the
-    /// bounds of the others leave no room for it, and zero where it is no member.
+    /// The decrease of the model if a candidate steps by `by`, stays there, and the other candidates are optimised. Infinite if
+    /// the bounds of the others do not allow the step; zero if the candidate is not a member.
     pub fn loss(&self, room: &StepBounds, candidate: usize, by: f64, moves: usize) -> f64 {
         let Ok(candidate) = self.members.binary_search(&candidate) else { return 0.0 };
         let (count, room) = (self.gain.len(), self.own(room));
         let mut step = vec![0.0; count];
         let mut order: Vec<usize> = (0..count).filter(|&i| i != candidate).collect();
-        // The others compensate for it, first the ones that gain the most or lose the least.
+        // The others compensate for the step, starting with those that gain the most or lose the least.
         let key = |i: usize| if by < 0.0 { -self.gain[i] } else { self.gain[i] };
         order.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
         let mut left = by.abs();
@@ -134,7 +135,7 @@ impl QuadraticModel {
             step[i] = if by < 0.0 { taken } else { -taken };
             left -= taken;
         }
-        // The bounds leave no room for the step.
+        // The bounds of the others do not allow the step.
         if left > RUN_ROUNDING {
             return f64::INFINITY;
         }
@@ -151,7 +152,7 @@ mod tests {
     use numerics::information_matrix::InformationMatrix;
     use random::Random;
 
-    /// The model agrees with log det F to third order. A candidate that is fixed at its best step loses nothing.
+    /// The model agrees with log det F up to third-order terms. Fixing a candidate at its best step causes no loss.
     #[test]
     fn the_model_is_of_second_order() {
         let mut random = Random::new(2);
@@ -171,11 +172,11 @@ mod tests {
             let moved: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
             (gained - (factor(&moved).log_det - factor(&x).log_det)).abs()
         };
-        // A thousandth where steps are a tenth.
+        // If steps are a tenth as long, the error is a thousandth.
         assert!(near(1e-2) < 1e-4 && near(1e-3) < 2e-3 * near(1e-2), "{} {}", near(1e-2), near(1e-3));
         let room = StepBounds { least: vec![-0.5; 5], most: vec![0.5; 5] };
         let (best, gained) = model.step(&room, 1000);
-        // A candidate that is fixed at its best step loses nothing.
+        // Fixing a candidate at its best step causes no loss.
         assert!((model.loss(&room, 0, best[0], 1000) - (-gained).max(0.0)).abs() < 1e-9);
         let none = StepBounds { least: vec![0.0; 5], most: vec![0.0; 5] };
         assert_eq!(model.loss(&none, 1, 0.25, 10), f64::INFINITY);

@@ -1,6 +1,6 @@
-//! The ranges of the numbers of a motion: realistic for a robot, and within the memory of a computer.
+//! Accepted ranges for the numbers of a motion: realistic for a robot, and within the memory of a computer.
 //!
-//! Files of plans and robots are also written by hand. A number outside these ranges is usually a wrong unit or a wrong digit.
+//! Users also write files of plans and robots by hand. A number outside these ranges usually has a wrong unit or a wrong digit.
 
 use std::ops::RangeInclusive;
 
@@ -8,17 +8,17 @@ use crate::motion::sample_count::check_samples;
 use crate::plan::candidates::MotionLimits;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 
-/// Sample times of a plan, s.
+/// Accepted sample times of a plan, s.
 const SAMPLE_TIME_RANGE_S: RangeInclusive<f64> = 1e-5..=10.0;
-/// Positions, rad or m.
+/// Accepted positions, rad (m).
 const POSITION_RANGE: RangeInclusive<f64> = -1e4..=1e4;
-/// Half ranges and ranges of a motion, rad or m. A half range may also be 0.
+/// Accepted half ranges of swings and ranges of sweeps, rad (m). A half range may also be 0.
 const SWING_RANGE: RangeInclusive<f64> = 1e-6..=1e4;
-/// Velocities, rad/s or m/s.
+/// Accepted velocities, rad/s (m/s).
 const VELOCITY_RANGE: RangeInclusive<f64> = 1e-5..=1e4;
-/// Accelerations, rad/s^2 or m/s^2.
+/// Accepted accelerations, rad/s^2 (m/s^2).
 const ACCELERATION_RANGE: RangeInclusive<f64> = 1e-4..=1e6;
-/// Settling times, s.
+/// Accepted settling times, s.
 const SETTLING_RANGE_S: RangeInclusive<f64> = 0.0..=60.0;
 
 fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
@@ -28,7 +28,8 @@ fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result
     Err(format!("{what} is {x:?} {unit}; expected is a number from {:?} to {:?}", range.start(), range.end()))
 }
 
-/// Refuses a motion with a number out of range, or with more samples than [`check_samples`] accepts; the message names it.
+/// Fails if a number of a motion is out of range, or if it has more samples than [`check_samples`] accepts. The message names the
+/// number.
 pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME_RANGE_S)?;
     for &centre in &trajectory.centre {
@@ -52,7 +53,7 @@ pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     check_samples(samples)
 }
 
-/// Refuses limits between which no motion can be planned; the message names the coordinate.
+/// Fails if no motion can be planned between the limits. The message names the coordinate.
 pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(), String> {
     for (name, limit) in coordinates.iter().zip(limits) {
         let of = |what: &str| format!("{name}: the {what} of its limits");

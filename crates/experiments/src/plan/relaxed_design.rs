@@ -1,4 +1,4 @@
-//! The best design with fractions of experiments between bounds, and the bound that it proves.
+//! The best relaxed design (with fractional numbers of runs) between bounds, and the upper bound that it proves.
 //!
 //! Over x with low <= x <= high and sum x = N, maximise log det F(x), F(x) = sum x_i F_i, F_i = W_i'W_i. For any x of full
 //! rank, with T = F(x)^-1 and g_i = tr(F_i T),
@@ -6,58 +6,58 @@
 //! log det F(y) <= log det F(x) - p + max over y of sum y_i g_i
 //!
 //! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as its
-//! dual. The maximum is a sum over the greatest g, filled up to the bounds; the g of the last one filled is the price nu of an
-//! experiment. A run of candidate i changes the bound by g_i - nu. So an x_i at a bound whose g_i is far from the price stays at
-//! this bound in every plan that is as good as a known one.
+//! dual. The maximum is a sum over the greatest g, each filled up to its bound; the g of the last one that is filled is the price
+//! nu of an experiment. One run of candidate i changes the bound by g_i - nu. If x_i is at a bound and g_i is far from the price,
+//! x_i is at this bound in every plan that is as good as a known plan.
 //!
-//! The ascent is a Newton method: each step is the best step of [`crate::plan::quadratic_model`] between the bounds, halved until
-//! log det F increases. The bound holds at every iteration.
+//! The ascent is a Newton method: each step is the best step of [`crate::plan::quadratic_model`] between the bounds, and it is
+//! halved until log det F increases. The bound holds at every iteration.
 
 use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
 use crate::plan::quadratic_model::{QuadraticModel, StepBounds};
 
-/// Moves in one step of the model: several for each candidate that is run.
+/// Greatest number of moves in one step of the model: several for each candidate that is run.
 const MAX_ASCENT_MOVES: usize = 400;
-/// Candidates that a step may add to the ones that are run.
+/// Greatest number of candidates without runs that a step may add.
 const MAX_ENTERING_CANDIDATES: usize = 40;
-/// Runs of every candidate that are added where a design lacks full rank.
+/// Number of runs that is added to every candidate if a design does not have full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// Units per experiment to which a design is rounded. The loss of the bound by the rounding is of second order.
+/// A design is rounded to this number of units per experiment. The rounding changes the bound only to second order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
-/// Halvings of a step that does not increase log det F, at most.
+/// Greatest number of halvings of a step that does not increase log det F.
 const MAX_STEP_HALVINGS: i32 = 12;
-/// Share of a design between the bounds with runs of all candidates, mixed into a design that lacks full rank.
+/// A design that does not have full rank is mixed with this share of a design that runs all allowed candidates.
 const MIXED_SHARE: f64 = 0.1;
 
 /// Least and greatest number of runs of each candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    /// Least number of runs, one a candidate.
+    /// Least number of runs, one per candidate.
     pub low: Vec<usize>,
-    /// Greatest number of runs, one a candidate.
+    /// Greatest number of runs, one per candidate.
     pub high: Vec<usize>,
 }
 
-/// The tangent at a design: log det of any other plan is at most `constant` + sum x_i g_i.
+/// The tangent at a design x: log det F(y) of any other design y is at most `constant` + sum y_i g_i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tangent {
     /// log det F(x) - p.
     pub constant: f64,
-    /// g, one a candidate.
+    /// Slopes g, one per candidate.
     pub gain: Vec<f64>,
 }
 
-/// A relaxed design.
+/// A relaxed design with the bound that it proves.
 #[derive(Clone, Debug)]
 pub struct Relaxed {
-    /// Fractions of experiments, one a candidate.
+    /// Fractional number of runs, one per candidate.
     pub x: Vec<f64>,
-    /// The tangent at this design; it bounds every plan.
+    /// The tangent at this design; it gives an upper bound for every plan.
     pub tangent: Tangent,
-    /// log det F about this design, to second order.
+    /// Second-order model of log det F about this design.
     pub model: QuadraticModel,
-    /// No design between the bounds has a greater log det.
+    /// Upper bound of log det F for all designs between the bounds.
     pub bound: f64,
 }
 
@@ -66,7 +66,7 @@ impl Bounds {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
     }
 
-    /// Keeps the plans with at most `at_most` runs of a candidate, or else the plans with more runs.
+    /// Keeps only the plans with at most `at_most` runs of a candidate, or else only the plans with more runs.
     pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
         if keeps_below {
             self.high[candidate] = self.high[candidate].min(at_most);
@@ -75,13 +75,13 @@ impl Bounds {
         }
     }
 
-    /// The range of steps of each candidate from a design.
+    /// The allowed range of steps of each candidate from the design `x`.
     pub fn room(&self, x: &[f64]) -> StepBounds {
         let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
         StepBounds { least: to(&self.low), most: to(&self.high) }
     }
 
-    /// The candidates that a step moves: the ones above their least number of runs, and of the others the ones with the greatest
+    /// The candidates that a step moves: those above their least number of runs, and, among the others, those with the greatest
     /// gain.
     fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
         let is_above = |i: usize| x[i] > self.low[i] as f64;
@@ -93,12 +93,12 @@ impl Bounds {
         found
     }
 
-    /// Fractions with few digits and the right sum, so that a file contains exactly the numbers of the computation.
+    /// Rounds fractions to few digits with the right sum, so that a file contains exactly the numbers of the computation.
     fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64 * PARTS_PER_EXPERIMENT, self.high[i] as f64 * PARTS_PER_EXPERIMENT);
         let mut parts: Vec<f64> = x.map(|x| (x * PARTS_PER_EXPERIMENT).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
-        // Whole numbers, so that sums are exact. The candidate that is run most takes the remainder of rounding.
+        // Whole numbers have exact sums. The candidate with the most runs takes the remainder of the rounding.
         let mut left = count as f64 * PARTS_PER_EXPERIMENT - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
@@ -109,7 +109,7 @@ impl Bounds {
         parts.into_iter().map(|x| x / PARTS_PER_EXPERIMENT).collect()
     }
 
-    /// A design between the bounds near `wanted`.
+    /// A design between the bounds, near `wanted`.
     fn nearest(&self, wanted: &[f64], count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64, self.high[i] as f64);
         let mut x: Vec<f64> = wanted.iter().enumerate().map(|(i, x)| x.clamp(ends(i).0, ends(i).1)).collect();
@@ -126,8 +126,8 @@ impl Bounds {
 }
 
 impl Tangent {
-    /// The greatest log det of the tangent between the bounds, with the price of an experiment; minus infinity where the bounds
-    /// do not allow `count` experiments.
+    /// The greatest value of the tangent between the bounds, and the price of an experiment. Minus infinity if the bounds do not
+    /// allow `count` experiments.
     pub fn bound(&self, bounds: &Bounds, count: usize) -> (f64, f64) {
         if !bounds.has_room_for(count) {
             return (f64::NEG_INFINITY, 0.0);
@@ -147,7 +147,7 @@ impl Tangent {
     }
 }
 
-/// The tangent at a design; `None` where it lacks full rank.
+/// The tangent at the design `x`. `None` if the design does not have full rank.
 pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
@@ -157,10 +157,11 @@ pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
     Some(Tangent { constant: factor.log_det - p as f64, gain })
 }
 
-/// Ascends from `start` until the bound is below `target`, or within `tolerance` of the value reached, or for `steps` steps.
+/// Maximises log det F from `start`, for at most `steps` steps. Ends if the bound is below `target`, or within `tolerance` of the
+/// reached value.
 ///
-/// Where no design between the bounds has full rank, the resulting design lies outside them. `None` where the candidates together
-/// lack full rank, or the bounds do not allow `count` experiments.
+/// If no design between the bounds has full rank, the resulting design is outside the bounds. `None` if all candidates together
+/// do not have full rank, or if the bounds do not allow `count` experiments.
 pub fn relaxed(
     blocks: &[WeightedRows],
     bounds: &Bounds,
@@ -179,7 +180,7 @@ pub fn relaxed(
     };
     let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
     if factor_of(&x).is_none() {
-        // Adds a small share of all allowed candidates. If that lacks rank too, no design between the bounds has full rank.
+        // Adds a small share of all allowed candidates. If rank is still missing, no design between the bounds has full rank.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
         x = x.iter().zip(&all).map(|(x, y)| (1.0 - MIXED_SHARE) * x + MIXED_SHARE * y).collect();
     }
@@ -208,9 +209,9 @@ pub fn relaxed(
     best
 }
 
-/// The tangent at a design with a small share of every candidate.
+/// The tangent at a design to which a small share of every candidate is added.
 ///
-/// A direction without information between the bounds has only this share, so its logarithm makes the bound low.
+/// A direction about which the allowed designs have no information has only this share, so its logarithm makes the bound low.
 fn without_rank(blocks: &[WeightedRows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
     let x: Vec<f64> = x.iter().map(|x| x + REGULARIZING_RUNS).collect();
     let tangent = tangent(blocks, &x)?;

@@ -1,8 +1,8 @@
-//! Candidates for unit tests here and in wings. A file that includes this one must import its types.
+//! Candidates for unit tests of this crate and of wings. A file that includes this file must import the types that it uses.
 
 use super::{CandidateGrid, MotionLimits, Profile, Random, WeightedRows};
 
-/// Candidates of one to three random rows.
+/// Candidates with one to three random rows each.
 pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<WeightedRows> {
     let mut random = Random::new(seed);
     let mut block = || {

@@ -1,15 +1,14 @@
-//! Defaults for the properties of a robot that its file does not state, each with a note.
+//! Default properties of a simulated robot that its file does not state; each default that is used gives a note.
 //!
-//! - Limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; of +-0.25 m, 1.25 m/s, 7.5 m/s^2 where a coordinate slides. Position limits are
+//! - Limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; of +-0.25 m, 1.25 m/s, 7.5 m/s^2 if the joint is prismatic. Position limits are
 //!   taken from [`crate::excitation::limits`]; velocities are five times the velocities there. The slow velocity is 0.5 rad/s
-//! (m/s),
-//!   or a tenth of the greatest where that is less.
+//!   (m/s), or a tenth of the greatest velocity if that is less.
 //! - Coulomb friction of 5 % of the effort A_kk a_max that the greatest acceleration takes, with an offset of 5 % of the Coulomb
 //!   friction; viscous friction of half the Coulomb friction at the greatest velocity, a tenth less for negative velocities.
 //! - A greatest effort of five times A_kk a_max plus three times the gravity torque.
 //!
-//! Friction values of the file are used unchanged. Where the file has a Coulomb friction, the offset is the offset of the file,
-//! or zero.
+//! Friction values in the file are used unchanged. If the file has a Coulomb friction, the offset is the offset in the file, or
+//! zero.
 
 use linear_model::friction::law::FrictionLaw;
 use robot::value::CoordinateId;
@@ -20,28 +19,29 @@ use crate::plan::candidates::MotionLimits;
 
 /// Bandwidth of the simulated controllers, Hz.
 pub(super) const CONTROL_BANDWIDTH_HZ: f64 = 10.0;
-/// Step of the simulated position sensors, rad or m.
+/// Quantum of the simulated position sensors, rad (m).
 pub(super) const POSITION_QUANTUM: f64 = 1e-4;
-/// Velocity limit of a simulated joint over the velocity of [`assumed`]: nothing can be damaged in a simulation.
+/// Default velocity limit of a simulated joint as a multiple of the velocity of [`assumed`]: nothing can be damaged in a
+/// simulation.
 const ASSUMED_VELOCITY_FACTOR: f64 = 5.0;
-/// Greatest acceleration over greatest velocity, where both are assumed, 1/s.
+/// Default acceleration limit over default velocity limit, 1/s.
 const ASSUMED_ACCELERATION_RATIO: f64 = 6.0;
-/// Largest assumed slow velocity, rad/s (m/s).
+/// Greatest default slow velocity, rad/s (m/s).
 const MAX_SLOW_VELOCITY: f64 = 0.5;
-/// Assumed slow velocity over the greatest velocity, where that is less.
+/// Default slow velocity as a share of the velocity limit, if that is below [`MAX_SLOW_VELOCITY`].
 const SLOW_VELOCITY_SHARE: f64 = 0.1;
-/// Assumed Coulomb friction over the effort A_kk a_max.
+/// Default Coulomb friction as a share of the effort A_kk a_max.
 const COULOMB_SHARE_OF_EFFORT: f64 = 0.05;
-/// Assumed offset of friction over the Coulomb friction.
+/// Default offset of friction as a share of the Coulomb friction.
 const OFFSET_SHARE_OF_COULOMB: f64 = 0.05;
-/// Assumed viscous friction at negative over that at positive velocities.
+/// Default viscous friction at negative velocities, as a share of viscous friction at positive velocities.
 const BACKWARD_VISCOUS_RATIO: f64 = 0.9;
-/// Assumed greatest effort over A_kk a_max.
+/// Default greatest effort, without the share of gravity, as a multiple of A_kk a_max.
 const EFFORT_MARGIN: f64 = 5.0;
-/// Share of the greatest gravity torque in the assumed greatest effort.
+/// Multiple of the greatest gravity torque that is added to the default greatest effort.
 const GRAVITY_MARGIN: f64 = 3.0;
 
-/// Notes on defaults: (text, names). A default for several coordinates is one sentence with all their names.
+/// Notes on used defaults: (text, names of coordinates). One note covers all coordinates with the same default.
 #[derive(Default)]
 struct Taken(Vec<(String, Vec<String>)>);
 
@@ -54,18 +54,18 @@ impl Taken {
         }
     }
 
-    /// `NAME, NAME: text`.
+    /// The notes as sentences: `NAME, NAME: text`.
     fn sentences(self) -> impl Iterator<Item = String> {
         self.0.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", ")))
     }
 
-    /// `text: NAME VALUE, NAME VALUE`.
+    /// The notes as sentences: `text: NAME VALUE, NAME VALUE`.
     fn with_values(self) -> impl Iterator<Item = String> {
         self.0.into_iter().map(|(text, values)| format!("{text}: {}", values.join(", ")))
     }
 }
 
-/// The joint that the coordinate k moves.
+/// The joint that is moved by the coordinate with index k.
 pub(super) fn joint_of(robot: &Robot, k: usize) -> Option<&Joint> {
     robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint)
 }
@@ -74,7 +74,7 @@ fn is_prismatic(robot: &Robot, k: usize) -> bool {
     joint_of(robot, k).is_some_and(|joint| joint.kind == JointKind::Prismatic)
 }
 
-/// Limits of the coordinates, with a note on each default taken.
+/// Limits of all coordinates, and a note on each default that was used.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     let mut taken = Taken::default();
     let limits = robot.coordinates.iter().enumerate().map(|(k, c)| {
@@ -90,7 +90,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             }
             value
         };
-        // The limits of the file where they allow a motion.
+        // The limits in the file, if they allow a motion.
         let fast = ASSUMED_VELOCITY_FACTOR * fast;
         let velocity = or(c.limits.velocity, fast, LimitKind::Velocity);
         let acceleration = or(c.limits.acceleration, ASSUMED_ACCELERATION_RATIO * fast, LimitKind::Acceleration);
@@ -122,7 +122,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     (limits, taken.sentences().collect())
 }
 
-/// The friction law of each joint: from the file, with defaults for missing values. `effort`: A_kk a_max, N m (N).
+/// The friction law of each joint, from the file or from defaults. `effort`: A_kk a_max of each joint, N m (N).
 pub(super) fn joint_friction(
     robot: &Robot,
     limits: &[MotionLimits],
@@ -130,7 +130,7 @@ pub(super) fn joint_friction(
     notes: &mut Vec<String>,
 ) -> Vec<FrictionLaw> {
     let mut taken = Taken::default();
-    // G(v) = F v + Fs sign(v) + offset, each from the file or as a share of the effort.
+    // G(v) = F v + Fs sign(v) + offset; each coefficient is from the file, or a share of the effort.
     let law = |(k, (limits, effort)): (usize, (&MotionLimits, &f64))| {
         let file = joint_of(robot, k).map(|j| j.friction).unwrap_or_default();
         let unit = LimitKind::Effort.unit(is_prismatic(robot, k));
@@ -150,7 +150,7 @@ pub(super) fn joint_friction(
             Some(_) => file.offset.unwrap_or(0.0),
             None => or(file.offset, OFFSET_SHARE_OF_COULOMB * coulomb, "offset of friction", unit.into()),
         };
-        // Coulomb friction is coulomb + offset for v > 0 and coulomb - offset for v < 0.
+        // Dry friction is coulomb + offset for v > 0 and offset - coulomb for v < 0.
         FrictionLaw::asymmetric(viscous, coulomb + offset, backward, offset - coulomb)
     };
     let laws = limits.iter().zip(effort).enumerate().map(law).collect();
@@ -158,7 +158,7 @@ pub(super) fn joint_friction(
     laws
 }
 
-/// The greatest effort of each drive, N m (N): from the file, or enough for the greatest acceleration and gravity.
+/// The greatest effort of each drive, N m (N): from the file, or else enough for the greatest acceleration and gravity.
 pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes: &mut Vec<String>) -> Vec<f64> {
     let mut taken = Taken::default();
     let of = |(k, (effort, bias)): (usize, (&f64, &f64))| match robot.coordinates[k].limits.effort {
@@ -179,7 +179,7 @@ pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes
     greatest
 }
 
-/// A default with three significant digits, or three decimals.
+/// A default as text with three significant digits, or three decimals.
 fn digits(x: f64) -> String {
     match x.abs() {
         size if size > 0.0 && size < 1e-3 => format!("{x:.2e}"),
@@ -194,7 +194,8 @@ mod tests {
     use crate::simulate::dynamics::Dynamics;
     use crate::simulate::setup::SimulationSetup;
 
-    /// The setup of an arm of two joints with these texts of the joints, and inertia 1 and 4 kg m^2.
+    /// Setup of an arm of two joints with inertias 1 and 4 kg m^2; `first` and `second` are further text of the joints in its
+    /// file.
     fn setup(first: &str, second: &str) -> SimulationSetup {
         struct Two;
         impl Dynamics for Two {
@@ -225,7 +226,8 @@ mod tests {
         assert_eq!(stated.friction[1], FrictionLaw::asymmetric(0.2, 0.6, 0.2, -0.6));
         assert_eq!(stated.drives.greatest_torque, [50.0, 50.0]);
         let bare = setup("", "");
-        // 5 % of 1 * 30 and of 4 * 7.5; half of that over 5 and 1.25; five times the effort, and three times gravity.
+        // Coulomb friction: 5 % of 1 * 30 and of 4 * 7.5. Viscous friction: half of that over 5 and 1.25. Effort: five times,
+        // plus three times gravity.
         assert_eq!(
             bare.notes,
             [
@@ -241,7 +243,7 @@ mod tests {
                 "no greatest effort in the file, assumed: q1 150.0 N m, q2 156.0 N",
             ]
         );
-        // The mean of twenty equal inertias is one up to rounding.
+        // The mean of twenty equal inertias is one, up to rounding.
         let expected = FrictionLaw::asymmetric(0.15, 1.5 + 0.075, 0.9 * 0.15, 0.075 - 1.5);
         for speed in [-1.0, 0.002, 2.0] {
             assert!((bare.friction[0].torque(speed, 0.0) - expected.torque(speed, 0.0)).abs() < 1e-14);

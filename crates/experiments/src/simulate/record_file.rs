@@ -1,7 +1,7 @@
-//! Records as logs: a simulation writes the files that a real machine would write.
+//! Records as logs: a simulation writes the same files as a real machine.
 //!
-//! CSV with the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). The last columns are `tau_<coordinate>` where the
-//! gains are one and the values are torques, N m.
+//! The CSV has the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). If the values are torques, N m, the last columns
+//! are `tau_<coordinate>..` instead.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::motion::record::Record;
 use crate::motion::trajectory_file::csv_header;
 
 impl Record {
-    /// The text of the log in CSV.
+    /// The record as the text of a CSV log.
     pub fn to_csv(&self, coordinates: &[String], effort: Effort) -> String {
         let letter = match effort {
             Effort::Current | Effort::PositionError => "i",
@@ -29,7 +29,7 @@ impl Record {
         text
     }
 
-    /// The record as a log of torques, its first sample at 0 s; `gain`: N m per unit of the record, one per coordinate.
+    /// The record as a log of torques that starts at 0 s. `gain`: N m per unit of the recorded current, one per coordinate.
     pub fn to_log(&self, name: &str, coordinates: &[String], gain: &[f64]) -> Log {
         let rows = self.q.first().map_or(0, Vec::len);
         let period = self.sample_time;
@@ -49,7 +49,7 @@ impl Record {
         }
     }
 
-    /// The record of a log. Fails where the steps of the clock are uneven. The log must begin with the motion.
+    /// The record of a log, which must begin with the motion. Fails if the time steps of the log are not uniform.
     pub fn from_log(log: &Log) -> Result<Record, Error> {
         if !log.report.clock.uniform {
             let message = format!(

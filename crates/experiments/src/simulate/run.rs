@@ -1,7 +1,7 @@
-//! A simulated motion while it runs, and several of them together: A(q) and h(q, dq) of all are evaluated in one call.
+//! Runs simulated motions. Several motions run together: their A(q) and h(q, dq) are evaluated in one call.
 //!
-//! Between two evaluations of its dynamics each motion advances by one stage; a step has four. The motions are independent: the
-//! result of each is bit for bit the result that it has alone.
+//! Between two evaluations of the dynamics each motion advances by one stage; a step has four stages. The motions are
+//! independent: each result equals the result of a separate run, bit for bit.
 
 use numerics::positive_definite::solve_positive;
 
@@ -11,20 +11,20 @@ use crate::simulate::closed_loop::{Law, Simulation, Steps, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
 use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
-/// Stages of Runge-Kutta 4: the weight of each in the step, and the time of the next stage, in steps.
+/// Stages of Runge-Kutta 4: the weight of each stage, and the time of the next stage as a fraction of the step.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
-/// Greatest position, rad (m), and velocity, rad/s (m/s), beyond which a motion is not physical.
+/// A motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
 const DIVERGENCE_BOUND: f64 = 1e6;
 
 impl Simulation<'_> {
-    /// Follows the reference; `feedforward[k][i]`, N m, is added to the controller's torque.
+    /// Simulates the robot while it follows the reference; `feedforward[k][i]`, N m, is added to the torque of the controller.
     ///
-    /// The record is noise-free and not quantised. It ends early when the robot is not physical.
+    /// The record has no noise and is not rounded. It ends early if the motion is not physical.
     pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
         self.run_under(reference, self.law(reference, feedforward))
     }
 
-    /// Follows the reference under a control law of the caller, and gives the record and the reason of its end.
+    /// Simulates the robot under another control law; gives the record, and how the motion ended.
     pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
         let mut run = SimulationRun::new(self, reference, law);
         follow(self.dynamics, std::slice::from_mut(&mut run));
@@ -32,7 +32,7 @@ impl Simulation<'_> {
     }
 }
 
-/// Simulates all `runs` to their ends; `dynamics` are the dynamics of all their simulations.
+/// Simulates all `runs` to their ends; all their simulations must have the dynamics `dynamics`.
 pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [SimulationRun]) {
     let n = dynamics.n_coordinates();
     let (mut inertia, mut bias) = (vec![0.0; runs.len() * n * n], vec![0.0; runs.len() * n]);
@@ -50,35 +50,35 @@ pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [SimulationRun]) {
     }
 }
 
-/// A motion between two evaluations of its dynamics.
+/// A simulated motion that waits for the next evaluation of its dynamics.
 pub(crate) struct SimulationRun<'a> {
     simulation: &'a Simulation<'a>,
     reference: &'a Reference,
     law: Box<Law<'a>>,
     record: Record,
     stop: Option<Stop>,
-    /// The sample whose torque is held, the step in the sample, and the stage of that step.
+    /// Index of the sample, of the step in the sample, and of the stage in the step.
     at: (usize, usize, usize),
-    /// The state of the stage, rad (m), and the state at the beginning of the step.
+    /// q and dq of the current stage, rad (m), s; `begin` has both at the beginning of the step.
     q: Vec<f64>,
     dq: Vec<f64>,
     begin: (Vec<f64>, Vec<f64>),
-    /// Weighted sums of the stages' velocities and accelerations.
+    /// Weighted sums of the velocities and accelerations of the stages.
     sum_v: Vec<f64>,
     sum_a: Vec<f64>,
-    /// Steps in a sample, and the implicit step where friction is stiff.
+    /// Number of steps per sample; `stiff`: data of the implicit step, `None` for Runge-Kutta.
     steps: usize,
     stiff: Option<StiffStep>,
-    /// Torques held, N m, and their currents, A.
+    /// Torques until the next sample, N m, and their currents, A.
     tau: Vec<f64>,
     held: Vec<f64>,
-    /// The position that the controller read last, and its filtered velocity.
+    /// Positions that the controller read last, and their filtered velocities.
     seen: Vec<f64>,
     velocity: Vec<f64>,
 }
 
 impl<'a> SimulationRun<'a> {
-    /// Starts on the first sample of the reference, with its velocity.
+    /// Starts at the first sample of the reference, with its velocity.
     pub(crate) fn new(simulation: &'a Simulation, reference: &'a Reference, law: Box<Law<'a>>) -> SimulationRun<'a> {
         let n = simulation.dynamics.n_coordinates();
         let first =
@@ -88,7 +88,7 @@ impl<'a> SimulationRun<'a> {
             Steps::RungeKutta(steps) => (steps, None),
             Steps::ImplicitFriction(steps) => (steps, Some(StiffStep::new(n))),
         };
-        // The stage starts from the state of the step, so both are equal at first.
+        // The first stage starts from the state of the step, so both are equal.
         let mut run = SimulationRun {
             simulation,
             reference,
@@ -108,24 +108,24 @@ impl<'a> SimulationRun<'a> {
             held: zeros(),
             seen: zeros(),
         };
-        // The torque of the first sample is held from time zero on.
+        // The torque of the first sample acts from time zero.
         run.control();
         run
     }
 
-    /// The record, and the reason why it ends.
+    /// The record, and how the motion ended.
     ///
-    /// Panics before the end.
+    /// Panics if the motion has not ended.
     pub(crate) fn ended(self) -> (Record, Stop) {
         (self.record, self.stop.expect("the run was followed to its end"))
     }
 
-    /// The state q, dq at which the dynamics are needed; `None` at the end.
+    /// The state (q, dq) at which the dynamics are needed next. `None` if the motion has ended.
     fn asks(&self) -> Option<(&[f64], &[f64])> {
         self.stop.is_none().then_some((&self.q, &self.dq))
     }
 
-    /// The controller at a sample: reads the rounded position, filters its backward difference, and limits the torque.
+    /// One cycle of the controller: reads the rounded position, filters its backward difference, and computes the limited torque.
     fn control(&mut self) {
         let (i, reference, simulation) = (self.at.0, self.reference, self.simulation);
         if i >= reference.q.first().map_or(0, Vec::len) {
@@ -146,7 +146,7 @@ impl<'a> SimulationRun<'a> {
             let limit = simulation.drives.greatest_torque[k];
             let torque = self.tau[k].clamp(-limit, limit);
             let current = torque / simulation.drives.gain[k];
-            // The record has the mean of the currents held before and after the instant.
+            // The record contains the mean of the currents before and after the sample.
             self.record.q[k].push(self.q[k]);
             self.record.current[k].push(if i == 0 { current } else { 0.5 * (self.held[k] + current) });
             self.held[k] = current;
@@ -154,11 +154,11 @@ impl<'a> SimulationRun<'a> {
         }
     }
 
-    /// Advances by one stage with A (n x n, row by row) and h at the state of [`SimulationRun::asks`]; both are overwritten.
+    /// Advances by one stage. A (n x n, row by row) and h belong to the state of [`SimulationRun::asks`]; both are overwritten.
     fn take(&mut self, inertia: &mut [f64], bias: &mut [f64]) {
         let (sample, step, stage) = self.at;
         let free = bias;
-        // free = tau - h; friction is added by the integrator.
+        // free = tau - h; the integrator adds friction.
         free.iter_mut().zip(&self.tau).for_each(|(free, tau)| *free = tau - *free);
         let length = self.reference.sample_time / self.steps as f64;
         let went_on = match &mut self.stiff {
@@ -176,7 +176,7 @@ impl<'a> SimulationRun<'a> {
             self.at.2 = stage + 1;
             return;
         }
-        // A diverging loop is reported as not physical.
+        // A diverging loop ends as not physical.
         if !self.q.iter().chain(&self.dq).all(|x| x.abs() < DIVERGENCE_BOUND) {
             return self.break_down();
         }
@@ -189,7 +189,7 @@ impl<'a> SimulationRun<'a> {
         }
     }
 
-    /// A stage of Runge-Kutta 4 in a step of `length` s; `free` is tau - h. `false`: A is not positive definite.
+    /// One stage of Runge-Kutta 4 in a step of `length` s; `free` is tau - h. Returns false if A is not positive definite.
     fn runge_kutta(&mut self, stage: usize, length: f64, inertia: &mut [f64], free: &mut [f64]) -> bool {
         // ddq = A^-1 (tau - h - G).
         let ddq = free;
@@ -243,13 +243,13 @@ mod tests {
         }
 
         fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-            // The flange is coupled by half of what keeps A positive definite.
+            // The coupling is half of the greatest coupling for which A is positive definite.
             inertia.copy_from_slice(&[2.0, 0.007, 0.007, 1e-4]);
             bias.copy_from_slice(&[9.0 * q[0].sin() + 0.1 * dq[0] * dq[1], 1e-3 * q[1].sin()]);
         }
     }
 
-    /// Both joints swing to and fro in opposite directions.
+    /// Both joints swing in opposite directions.
     fn swing() -> Reference {
         let (kind, profile, centre) = (MotionKind::Inertial, Profile::Smooth, [0.0; 2]);
         let joints = MovingJoints { kind, fast: 0, slow: &[], centre: &centre };
@@ -269,8 +269,8 @@ mod tests {
         both
     }
 
-    /// The record under friction of 1 N m at the flange with these steps, or with the steps of [`Simulation::with_short_steps`];
-    /// and the steps.
+    /// The record under friction of 1 N m at the flange, with these steps or, for `None`, the steps of
+    /// [`Simulation::with_short_steps`]; also returns the steps.
     fn record(smoothing: f64, steps: Option<Steps>) -> (Record, Steps) {
         let reference = swing();
         let inertia = [2.0, 1e-4];
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn steps_through_stiff_friction_are_of_second_order() {
-        // Smooth enough for both to be in their asymptotic range, where half the step has a quarter of the error.
+        // Friction is smooth enough that both methods converge regularly: half the step gives a quarter of the error.
         let (exact, _) = record(1.0, Some(Steps::RungeKutta(64)));
         let error = |steps| apart(&record(1.0, Some(Steps::ImplicitFriction(steps))).0, &exact, 0);
         let (coarse, fine) = (error(16), error(32));
@@ -311,21 +311,21 @@ mod tests {
 
     #[test]
     fn a_light_flange_takes_few_steps_and_moves_as_in_many() {
-        // 190 N m s of slope over 7.5e-5 kg m^2: 1260 steps of Runge-Kutta a sample.
+        // A slope of 190 N m s over 7.5e-5 kg m^2 needs 1260 Runge-Kutta steps per sample.
         let (many, _) = record(0.005, Some(Steps::RungeKutta(1300)));
         let (few, steps) = record(0.005, None);
         assert!(matches!(steps, Steps::ImplicitFriction(1..=4)), "{steps:?}");
         for k in 0..2 {
             let moved = many.q[k].iter().fold(0.0_f64, |most, q| most.max(q.abs()));
             let off = apart(&few, &many, k);
-            // Below the resolution of any simulated encoder.
+            // The difference is below the resolution of any simulated encoder.
             assert!(off < POSITION_QUANTUM && moved > 1000.0 * POSITION_QUANTUM, "{k}: {off:e} of {moved}");
         }
     }
 
     #[test]
     fn friction_that_is_hardly_stiff_stays_with_runge_kutta() {
-        // 1.4 N m s of slope over 7.5e-5 kg m^2: 10 steps a sample.
+        // A slope of 1.4 N m s over 7.5e-5 kg m^2 needs 10 steps per sample.
         let (_, steps) = record(1.0, None);
         assert!(matches!(steps, Steps::RungeKutta(9..=11)), "{steps:?}");
     }

@@ -1,12 +1,13 @@
-//! The values that a simulation or a plan needs beyond the model: from the robot's file, or stated defaults where the file lacks
+//! The data that a simulation or a plan needs in addition to the model: from the robot's file, or defaults if the file lacks
 //! them.
 //!
-//! The defaults are listed in [`crate::simulate::defaults`]. Without a note, because no file has them: controller of 10 Hz;
-//! encoder quantum 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the greatest
-//! acceleration takes. Drive gains are one where the file has none; the code that computes currents adds the notes on them.
+//! [`crate::simulate::defaults`] lists the defaults. Some have no note, because no file states them: controller of 10 Hz; encoder
+//! quantum of 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the greatest acceleration
+//! takes. Drive gains are one if the file has none; the code that computes currents adds the notes on them.
 //!
-//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. Friction changes its sign within w = 0.005
-//! rad/s. There a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta step is at most 2 / l long.
+//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. The friction torque changes its sign over
+//! velocities of w = 0.005 rad/s. In this range a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta
+//! step is at most 2 / l long.
 
 use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
@@ -25,44 +26,44 @@ use crate::simulate::run::{SimulationRun, follow};
 /// Computes the torque that a controller adds for a reference, N m, `[coordinate][instant]`.
 pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
 
-/// The properties of a simulated robot except its dynamics.
+/// The properties of a simulated robot without its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
     /// Limits of the motions, one per coordinate.
     pub limits: Vec<MotionLimits>,
-    /// Tuned to the robot's inertia.
+    /// PD controllers, tuned to the robot's inertia.
     pub controller: JointPd,
-    /// Whether the controllers have a model of the robot: they add A(q) ddq + h(q, dq) of the reference to their own torques.
+    /// Whether the controllers have a model of the robot; then they add A(q) ddq + h(q, dq) of the reference to their torques.
     pub knows_robot: bool,
     /// Gains and limits of the drives.
     pub drives: Drives,
     /// Noise and resolution of the sensors.
     pub sensing: Sensors,
-    /// One per joint.
+    /// Friction law of each joint.
     pub friction: Vec<FrictionLaw>,
-    /// Sentences on the defaults used.
+    /// Sentences on the defaults that were used.
     pub notes: Vec<String>,
 }
 
-/// Largest factor by which the inertia of the controller may exceed the inertia of the robot. At 7 the sampled loop, with 1 kHz
-/// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees; it has 22 at 10, and none at 18.2.
+/// Greatest ratio of the inertia to which a controller is tuned to the inertia of the robot. With 1 kHz and a velocity filter of
+/// 15 bandwidths, the sampled loop has a phase margin of 34 degrees at the ratio 7, of 22 at 10, and is unstable at 18.2.
 const MAX_LIGHTNESS: f64 = 7.0;
-/// Random poses from which the inertia of the joints is taken.
+/// Number of random poses from which the inertia of the joints is computed.
 const INERTIA_POSES: usize = 20;
-/// Pole of the velocity filter over the bandwidth of the controller.
+/// Pole of the velocity filter as a multiple of the controller's bandwidth.
 const FILTER_POLE_BANDWIDTHS: f64 = 15.0;
-/// Standard deviation of the position noise over the encoder quantum.
+/// Standard deviation of the position noise as a share of the encoder quantum.
 const POSITION_NOISE_QUANTA: f64 = 0.5;
-/// Standard deviation of the torque noise over the effort A_kk a_max.
+/// Standard deviation of the torque noise as a share of the effort A_kk a_max.
 const TORQUE_NOISE_SHARE: f64 = 0.01;
-/// Runge-Kutta steps a sample of the controller, at least.
+/// Least number of Runge-Kutta steps per sample of the controller.
 const RUNGE_KUTTA_STEPS: usize = 2;
 /// Relative tolerance for the rounding of a sample time.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-9;
-/// Longest period of the controller, s.
+/// Longest sample time of the controller, s.
 pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 
-/// A(q) at random poses within the limits, and for each joint the greatest |h_k(q, 0)| over these poses, N m.
+/// A(q) at random poses within the limits, and for each joint the greatest |h_k(q, 0)| at these poses, N m.
 fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
     let n = limits.len();
     let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
@@ -76,10 +77,10 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
     (matrices.collect(), bias)
 }
 
-/// The inertia J_k that the controller of a joint is tuned to, with a note where it is not the mean A_kk.
+/// The inertia J_k to which the controller of each joint is tuned, and a note if it is not the mean A_kk.
 ///
-/// The mean A_kk is the inertia of the joint with the other joints locked. Where the joints are coupled so strongly that the loop
-/// would oscillate, the least 1 / (A^-1)_kk is taken, the inertia with the other joints free.
+/// The mean A_kk is the inertia of the joint with the other joints locked. If the joints are coupled so strongly that the loop
+/// would oscillate, the least 1 / (A^-1)_kk is used: the inertia with the other joints free.
 fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Option<String>) {
     let lightness = matrices.iter().map(|a| lightness(a, mean)).fold(0.0, f64::max);
     let inverses: Option<Vec<DMatrix<f64>>> = matrices.iter().map(|a| a.clone().try_inverse()).collect();
@@ -96,8 +97,8 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     }
 }
 
-/// The largest factor by which the robot is lighter than J: the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero where A is not
-/// positive definite; the simulation reports that.
+/// The greatest ratio of J to the inertia of the robot over all directions: the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero if A
+/// is not positive definite; the simulation reports that case.
 fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
     let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / (inertia[i] * inertia[j]).sqrt());
     let least = if scaled.iter().all(|x| x.is_finite()) { scaled.symmetric_eigenvalues().min() } else { 0.0 };
@@ -105,11 +106,11 @@ fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
 }
 
 impl SimulationSetup {
-    /// The setup for a robot with these dynamics.
+    /// Makes the setup of a robot with these dynamics.
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
-        // The mean A_kk over random poses; several defaults are shares of the effort A_kk a_max.
+        // Mean A_kk over random poses; several defaults are shares of the effort A_kk a_max.
         let (matrices, bias) = sampled(dynamics, &limits);
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
@@ -117,7 +118,7 @@ impl SimulationSetup {
         let gains = (0..n).map(|k| joint_of(robot, k).and_then(|j| j.drive_gain).unwrap_or(1.0)).collect();
         let friction = joint_friction(robot, &limits, &effort, &mut notes);
         let greatest_torque = greatest_effort(robot, &effort, &bias, &mut notes);
-        // The controller is tuned to the effective inertia of each joint.
+        // The controller is tuned to the inertia that each joint effectively has.
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();
         notes.extend(note);
@@ -137,10 +138,10 @@ impl SimulationSetup {
         }
     }
 
-    /// The records of motions, each at the rate of its reference and with the reason of its end. They are computed together in
-    /// one call of the dynamics a stage; each is bit for bit the record of the motion alone.
+    /// Simulates motions; gives each record, at the rate of its reference, and how the motion ended. The motions run together,
+    /// with one call of the dynamics per stage; each record equals the record of a separate run, bit for bit.
     pub fn records(&self, dynamics: &dyn Dynamics, asked: &[SimulatedMotion]) -> Vec<(Record, Stop)> {
-        // The tolerance absorbs the rounding of a rate of 1 kHz.
+        // The tolerance covers the rounding of a rate of 1 kHz.
         let parts = |asked: &SimulatedMotion| {
             (asked.reference.sample_time / MAX_CONTROL_PERIOD_S - SAMPLE_TIME_TOLERANCE).ceil().max(1.0) as usize
         };
@@ -180,15 +181,15 @@ impl SimulationSetup {
     }
 }
 
-/// A motion to be simulated.
+/// A motion to be simulated, with its feedforward and noise.
 #[derive(Clone, Copy)]
 pub struct SimulatedMotion<'a> {
     /// The commanded motion.
     pub reference: &'a Reference,
-    /// Computes the torque that the controller adds, N m `[coordinate][instant]`, for the reference at the controller's rate.
-    /// Without it the controller adds the torques of its model, if it has one.
+    /// Computes the feedforward torque, N m `[coordinate][instant]`, for the reference at the rate of the controller. `None`: the
+    /// controller adds the torques of its own model, if it has one.
     pub feedforward: Option<&'a Feedforward<'a>>,
-    /// The seed of the noise and the index of its random stream; `None`: without noise.
+    /// Seed of the noise and index of its random stream. `None`: no noise.
     pub noise: Option<(u64, u64)>,
 }
 
@@ -197,8 +198,8 @@ mod tests {
     use super::*;
     use crate::simulate::dynamics::tests::Mass;
 
-    /// Distance of a mass from its goal a second after a step of 1, where the controller assumes a mass that is greater by this
-    /// factor.
+    /// Distance of a mass of 1 kg from its goal, one second after a step of 1, if the controller is tuned to the mass
+    /// `lightness`.
     fn left(lightness: f64) -> f64 {
         let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         let simulation = Simulation {
@@ -227,9 +228,10 @@ mod tests {
 
     #[test]
     fn the_loop_settles_up_to_the_lightness_it_is_made_for() {
-        // The slowest pole of the sampled loop decays by 0.962 a sample, 1e-17 in a second.
+        // The slowest pole of the sampled loop decays by 0.962 per sample, to 1e-17 after a second.
         assert!(left(MAX_LIGHTNESS) < 1e-12, "{}", left(MAX_LIGHTNESS));
-        // Its poles leave the unit circle at 18.2. Beyond, the torques swing between their limits: 1e5 / (2 pi 186 Hz)^2.
+        // At 18.2 a pole leaves the unit circle. Above it, the torque switches between its limits: amplitude 1e5 / (2 pi 186
+        // Hz)^2.
         assert!(left(17.0) < 1e-6, "{}", left(17.0));
         assert!(left(19.0) > 0.05, "{}", left(19.0));
     }

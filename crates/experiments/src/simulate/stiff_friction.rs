@@ -1,36 +1,37 @@
 //! An integration step with stiff friction: implicit in friction, explicit in all other torques.
 //!
-//! A(q) dv/dt = (tau - h(q, v)) - G(v). A flange of 1e-4 kg m^2 with a friction of 1 N m loses its velocity in a microsecond near
-//! zero velocity; Runge-Kutta would need hundreds of steps a sample. ARS(2, 2, 2) is of second order and evaluates the dynamics
-//! four times, like Runge-Kutta 4 (Ascher, Ruuth, Spiteri, Applied Numerical Mathematics 25, 1997, section 2.6).
+//! A(q) dv/dt = (tau - h(q, v)) - G(v). A flange of 1e-4 kg m^2 with a friction of 1 N m loses a small velocity within a
+//! microsecond, so Runge-Kutta would need hundreds of steps per sample. The method ARS(2, 2, 2) is of second order and evaluates
+//! the dynamics four times per step, like Runge-Kutta 4 (Ascher, Ruuth, Spiteri, Applied Numerical Mathematics 25, 1997, section
+//! 2.6).
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
 
-/// Time of the middle stage, in steps: 1 - 1 / sqrt(2).
+/// Time of the middle stage as a fraction of the step: 1 - 1 / sqrt(2).
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Weight of the first stage in the explicit part, 1 - 1 / (2 gamma).
 const DELTA: f64 = 1.0 - 0.5 / GAMMA;
-/// Newton steps after which the search of a velocity fails.
+/// Greatest number of Newton steps in the search of a velocity; after that it fails.
 const MAX_NEWTON_STEPS: usize = 100;
-/// Bisections of a Newton step; they find the kink of a friction law.
+/// Greatest number of bisections in a Newton step; they find the kink of a friction law.
 const MAX_BISECTIONS: usize = 60;
-/// A velocity has converged when the next Newton step is shorter, rad/s (m/s).
+/// The velocity has converged if the next Newton step is shorter than this, rad/s (m/s).
 const CONVERGED_NEWTON_STEP: f64 = 1e-10;
-/// A step is accepted where the slope along it is at most this share of the slope at its start.
+/// A Newton step is accepted if the slope at its end is at most this share of the slope at its start.
 const ACCEPTED_SLOPE_RATIO: f64 = 0.1;
 
-/// The intermediate results of a step: accelerations of its stages, rad/s^2 (m/s^2).
+/// Intermediate results of a step: accelerations of its stages, rad/s^2 (m/s^2).
 pub(crate) struct StiffStep {
-    /// A^-1 (tau - h) at the beginning.
+    /// A^-1 (tau - h) at the beginning of the step.
     at_begin: Vec<f64>,
-    /// - A^-1 G at the middle stage.
+    /// Acceleration by friction at the middle stage, - A^-1 G.
     stopping: Vec<f64>,
 }
 
-/// Friction, torques and length of a step.
+/// Friction laws, torques and length of a step.
 pub(crate) struct FrictionLoad<'a> {
-    /// One law a coordinate.
+    /// The friction law of each coordinate.
     pub friction: &'a [FrictionLaw],
     /// Torques of the drives, N m (N).
     pub tau: &'a [f64],
@@ -43,9 +44,9 @@ impl StiffStep {
         StiffStep { at_begin: vec![0.0; n], stopping: vec![0.0; n] }
     }
 
-    /// Advances by evaluation number `stage` (0 to 3), from A (n x n, row by row) and tau - h of the state (q, v). The state
-    /// becomes the state of the next evaluation, or of the step's end. `false`: A is not positive definite, or no velocity was
-    /// found.
+    /// Advances by evaluation number `stage` (0 to 3). A (n x n, row by row) and tau - h belong to the state (q, v), which
+    /// becomes the state of the next evaluation, or of the end of the step. Returns false if A is not positive definite or no
+    /// velocity was found.
     pub(crate) fn take(
         &mut self,
         stage: usize,
@@ -56,7 +57,7 @@ impl StiffStep {
     ) -> bool {
         let (n, h, (q0, v0)) = (q.len(), felt.length, begin);
         match stage {
-            // Explicit part to the middle: q0 + gamma h v0, v0 + gamma h A^-1 (tau - h).
+            // Explicit part up to the middle stage: q0 + gamma h v0, v0 + gamma h A^-1 (tau - h).
             0 => {
                 if !solve_positive(inertia, free) {
                     return false;
@@ -69,7 +70,7 @@ impl StiffStep {
                 true
             }
             1 => {
-                // Implicit part at the middle; its acceleration is - A^-1 G.
+                // Implicit part at the middle stage; its acceleration is - A^-1 G.
                 let without = v.to_vec();
                 let found = slowed(inertia, felt, v0, v);
                 for k in 0..n {
@@ -81,7 +82,7 @@ impl StiffStep {
                 if !solve_positive(inertia, free) {
                     return false;
                 }
-                // Explicit part of the end, with weights delta and 1 - delta of the two stages.
+                // Explicit part of the end, with weights delta and 1 - delta for the two stages.
                 for k in 0..n {
                     q[k] = q0[k] + h * (DELTA * v0[k] + (1.0 - DELTA) * v[k]);
                     let explicit = DELTA * self.at_begin[k] + (1.0 - DELTA) * free[k];
@@ -94,10 +95,11 @@ impl StiffStep {
     }
 }
 
-/// Applies friction over gamma h to the velocities `v`: finds v' with A (v' - v) + gamma h G(v') = 0 by Newton from `near`.
+/// Applies friction during gamma h to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's method from
+/// `near`.
 ///
-/// The solution minimises 1/2 (v' - v)' A (v' - v) + gamma h integral G, which is convex; each Newton step is shortened to
-/// descend. `false`: A is not positive definite, or no convergence.
+/// The solution minimises 1/2 (v' - v)' A (v' - v) + gamma h integral G, which is convex. Each Newton step is shortened until
+/// this function decreases. Returns false if A is not positive definite, or without convergence.
 fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> bool {
     let n = v.len();
     let weight = GAMMA * felt.length;
@@ -118,7 +120,7 @@ fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> 
             return false;
         }
         let turned: Vec<f64> = (0..n).map(|k| times(&step, k)).collect();
-        // The slope of that objective along the step.
+        // The slope of this function along the step.
         let slope = |share: f64| -> f64 {
             let at = |k: usize| {
                 let friction = felt.friction[k].torque(v[k] + share * step[k], felt.tau[k]);
@@ -136,8 +138,8 @@ fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> 
     false
 }
 
-/// The share of a step, in (0, 1], at which the slope along it is a tenth of the initial slope or still below zero. The slope
-/// increases along the step.
+/// The share of a step, in (0, 1], at which the slope along the step is at most a tenth of the initial slope. The slope increases
+/// along the step, and is negative at its start.
 fn as_far_as_it_descends(slope: impl Fn(f64) -> f64) -> f64 {
     let enough = ACCEPTED_SLOPE_RATIO * slope(0.0).abs();
     let (mut low, mut high) = (0.0, 1.0);

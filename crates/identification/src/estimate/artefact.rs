@@ -1,4 +1,5 @@
-//! The estimate: the parameters, their standard deviations, the residuals, and the directions that are not identifiable.
+//! The artefact `Estimate`: identified parameters with their standard deviations, residuals, and combinations of parameters
+//! that are not identifiable.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -22,38 +23,41 @@ use crate::estimate::torque_error::TorqueError;
 pub struct Estimate {
     /// Name of the robot.
     pub model: String,
-    /// Fingerprint of the base regressor it was made with.
+    /// Fingerprint (hash) of the base regressor that the estimate was made with; `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
-    /// How the description of the robot was read, where options changed it.
+    /// Options that changed how the description of the robot was read; `None` without options.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
-    /// How it was estimated, in words.
+    /// The estimation method in words.
     pub method: String,
-    /// Names of its log files, as the user gave them.
+    /// Names of the fitted log files, as the user gave them.
     pub logs: Vec<String>,
-    /// Base parameters, then friction, couplings and drive gains.
+    /// The estimated parameters in this order: base parameters, friction, couplings, drive gains.
     pub parameters: Vec<Identified>,
-    /// Residuals of the model, one per coordinate.
+    /// Residuals of the torques, one per coordinate.
     pub joints: Vec<JointResidual>,
-    /// |tau - W X| / |tau| over all joints; absent where no torques were fitted.
+    /// Relative error |tau - W X| / |tau| over all joints; `None` if no torques were fitted.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub total: Option<f64>,
-    /// `total` where each tenth of the record is predicted from the others; of a plan, each experiment.
+    /// Relative error of cross-validation: each tenth of the record (for a plan: each experiment) is predicted by parameters
+    /// that are fitted to the others.
     pub cross_validation: Option<f64>,
-    /// Relative error of each tenth of the record, predicted from the others, in the order of time, log after log.
+    /// Relative error of each tenth of the record in cross-validation, in the order of time, log after log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tenths: Vec<f64>,
-    /// Condition number of the columns scaled to unit norm; absent where there was no such matrix.
+    /// Condition number of the regressor W with columns scaled to unit norm; `None` if the method has no such matrix.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub condition_number: Option<f64>,
-    /// Whether an iterative method converged; absent for methods without iterations.
+    /// Whether an iterative method converged; `None` for methods without iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
-    /// Chi^2 of RIST-MH, with the noise between the periods, over (rows - unknowns); absent where no noise was measured.
+    /// Chi^2 of RIST-MH over (rows - unknowns). Its noise is measured between the periods of the motion; `None` if it was
+    /// not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
-    /// Errors of predicted torques, by use; of a plan, of the torques of the bodies.
+    /// Errors of predicted torques due to the covariance, one entry per use; for a plan, errors of the torques of the
+    /// bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torque_errors: Vec<TorqueError>,
     /// Number of parameters, or combinations of them, that the data determine.
@@ -61,42 +65,41 @@ pub struct Estimate {
     /// Combinations of parameters that the data determine least, the weakest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub directions: Vec<Direction>,
-    /// Number of rows of all joints.
+    /// Number of rows (equations) of all joints together.
     pub rows: usize,
-    /// Cut-off of the low-pass, Hz; absent where nothing was filtered.
+    /// Cut-off of the low-pass filter, Hz; `None` if nothing was filtered.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub cutoff: Option<f64>,
-    /// Sentences on parameters that the data do not determine, and on the data.
+    /// Sentences for the user on parameters that are not identifiable, and on the data.
     pub remarks: Vec<String>,
-    /// Sentences on evidence against the model; with one of them the verdict is not yes.
+    /// Sentences on evidence against the model. If there is one, the verdict is not yes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
-    /// Reasons not to use the estimate, where the verdict of its identification was no.
+    /// Reasons not to use the estimate, if the verdict of its identification was no; otherwise empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refusal: Vec<String>,
-    /// The options of the estimate, with which other logs can be predicted; absent for estimates of experiments.
+    /// The options of the identification, needed to predict other logs in the same way; `None` for estimates of experiments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Options>,
-    /// Covariance sigma_i sigma_j rho_ij, row by row, in the order of `parameters`; empty when not asked for.
+    /// Covariance matrix sigma_i sigma_j rho_ij by rows, in the order of `parameters`; empty if not requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Whether the checksum of its file matches: whether the file is unchanged since rist wrote it.
+    /// Whether the checksum in the file matches its text, so whether the file is unchanged since rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
-    /// memory.
+    /// Number of parameters, written on the last line of the file: a file without it was cut short. `None` in memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
 
 impl Estimate {
-    /// The model of the estimate; `None` without a fingerprint.
+    /// Name and fingerprint of the model that the estimate was made with; `None` without a fingerprint.
     pub fn made_with(&self) -> Option<ModelReference> {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Inflates the standard deviation of parameter c to sqrt(sigma^2 + shift(c)^2), `shift` in the unit of the parameter.
-    /// Its row and column of the covariance grow by the same factor: correlations stay.
+    /// Inflates the standard deviation sigma of each parameter c to sqrt(sigma^2 + shift(c)^2), `shift(c)` in the unit of
+    /// the parameter. Row and column c of the covariance grow by the same factor, so correlations do not change.
     pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
@@ -109,12 +112,13 @@ impl Estimate {
         }
     }
 
-    /// The value of a parameter; `None` where it is not identifiable or not part of the estimate.
+    /// The identified value of a parameter; `None` if it is not identifiable or not part of the estimate.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
-    /// Factor by which variances for white noise are too small: the median of (sigma / white sigma)^2, at least 1.
+    /// Factor by which variances computed for white noise are too small: the median over the parameters of (sigma / white
+    /// sigma)^2, at least 1.
     pub fn discount(&self) -> f64 {
         let ratio = |p: &Identified| Some((p.sigma? / p.white_sigma?).powi(2)).filter(|r| r.is_finite());
         let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
@@ -122,25 +126,25 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The value of a parameter that predicts torques; `None` where the parameter is not part of the estimate.
+    /// The value of a parameter that is used to predict torques; `None` if the parameter is not part of the estimate.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
 
-    /// The text of estimate.yaml.
+    /// Writes the estimate as the text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
         artefact::write(ArtefactKind::Estimate, self.checksum, &whole).map_err(Error::new)
     }
 
-    /// Reads estimate.yaml.
+    /// Reads an estimate from the text of estimate.yaml. `file`: its name, for error messages.
     ///
-    /// Fails with the line that belongs to no estimate, where the file is cut short, and with the name of a parameter
-    /// whose value is NaN or infinite.
+    /// Fails if a line does not belong to an estimate, if the file is cut short, if a parameter stands twice, or if a number
+    /// is not valid (NaN, infinite, negative sigma).
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let mut estimate: Estimate = artefact::read(ArtefactKind::Estimate, text).map_err(at)?;
-        // The count stands in the last line, so a file that was cut short has none.
+        // The count is in the last line, so a file that was cut short has no count.
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
@@ -151,7 +155,7 @@ impl Estimate {
             }
         }
         estimate.checksum = Checksum::of(text);
-        // Errors that the YAML parser does not find: repeated names, negative deviations, NaN and infinite numbers.
+        // Errors that the YAML parser does not find: repeated names, negative standard deviations, NaN and infinite numbers.
         let mut seen = BTreeSet::new();
         if let Some(twice) =
             estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))
@@ -176,17 +180,17 @@ impl Estimate {
     }
 }
 
-/// Valid cut-offs of the low-pass of a log, Hz.
+/// Valid cut-off frequencies of the low-pass filter of a log, Hz.
 const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
-/// Reads an optional number of an estimate; older files have 0 in place of an absent number.
+/// Reads an optional number of an estimate file. Zero becomes `None`, because older files have 0 for an absent number.
 pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Digits behind the decimal point: at least five, enough for two digits of sigma, or for three of the value where sigma
-/// is absent. The parameters of a robot below a kilogram would all be zeros otherwise. A value has at most six significant
-/// digits, or more where its sigma needs them.
+/// Number of decimals to print of a value: at least five, enough for two digits of sigma, or for three digits of the value
+/// if sigma is 0. (The parameters of a robot below 1 kg would otherwise all print as zero.) A value has at most six
+/// significant digits, or more if its sigma needs them.
 fn decimals(sigma: f64, value: f64) -> usize {
     let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {
@@ -198,15 +202,15 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Usual number of decimals of a value.
+/// Least number of decimals of a printed value, unless that exceeds `MOST_VALUE_DIGITS`.
 const USUAL_DECIMALS: usize = 5;
-/// Largest number of decimals.
+/// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;
-/// Significant digits of sigma.
+/// Significant digits of a printed sigma.
 const SIGMA_DIGITS: f64 = 2.0;
-/// Significant digits of a value without sigma.
+/// Significant digits of a printed value without sigma.
 const DIGITS_WITHOUT_SIGMA: f64 = 3.0;
-/// Largest number of significant digits of a value, unless its sigma needs more.
+/// Largest number of significant digits of a printed value, unless its sigma needs more.
 const MOST_VALUE_DIGITS: f64 = 6.0;
 
 impl fmt::Display for Estimate {
@@ -229,7 +233,7 @@ impl fmt::Display for Estimate {
                 Status::Weak => "  (weak: little motion decides it)",
                 Status::Identified | Status::NotIdentifiable | Status::Given => "",
             };
-            // A value of zero has no relative deviation.
+            // A value of zero has no relative standard deviation.
             let share = p.relative_sigma.map_or("-".into(), |share| format!("{share:.2}"));
             writeln!(f, "  {share:>9}  {}{status}", p.unit)?;
         }

@@ -1,14 +1,15 @@
-//! Whether a residual is noise, by its autocorrelation time.
+//! Autocorrelation of the residual e of each joint: a long autocorrelation time shows that the residual is not noise.
 //!
-//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2. Each sum is over the pairs of used rows, and is divided by their number.
-//! The autocorrelation time (memory) is the area below rho up to its first zero. White noise after the zero-phase
-//! low-pass of order four has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c. A residual with a much
-//! longer memory contains an effect that the model lacks. For other orders of the filter the constant differs by a tenth.
+//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2 for joint j, row r and lag l. Each sum is over the pairs of used rows, and is
+//! divided by their number. The autocorrelation time (memory) is the area below rho up to its first zero. White noise after
+//! the zero-phase low-pass of order four with cut-off f_c has the density (1 + (f/f_c)^8)^-2, and hence a memory of
+//! 0.320/f_c. A residual with a much longer memory contains an effect that the model lacks. For other orders of the filter
+//! the constant 0.320 differs by a tenth.
 //!
-//! With robust weights w, e is sqrt(w) times the residual, and rows of weight zero are in no pair.
+//! With robust weights w, e is sqrt(w) times the residual. Rows of weight zero are not used.
 //!
-//! e: N m (N); l: samples; the memory: s. Not here: the effect of correlated residuals on standard deviations
-//! (`estimators::replicate_deviation`).
+//! Units: e in N m (N), l in samples, memory in s. The effect of correlated residuals on standard deviations is computed
+//! elsewhere (`estimators::replicate_deviation`).
 
 use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
@@ -21,13 +22,13 @@ use crate::rows::residual_sums::ResidualSum;
 /// Largest lag of the autocorrelation, samples.
 const LARGEST_LAG_SAMPLES: usize = 200;
 
-/// A lag is used where it has at least 1/4 of the pairs of lag 0.
+/// A lag is used if it has at least 1/4 of the pairs of lag 0.
 const LEAST_PAIRS_DIVISOR: usize = 4;
 
-/// Autocorrelation time of filtered white noise, in periods of the cut-off.
+/// Autocorrelation time of filtered white noise times the cut-off frequency.
 pub const NOISE_MEMORY_PERIODS: f64 = 0.320;
 
-/// Autocorrelation rho at lag `t`, s, of white noise after a low-pass with this cut-off, Hz.
+/// Autocorrelation rho of white noise after a low-pass with this cut-off, Hz, at lag `t`, s.
 pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     const FREQUENCY_STEPS: usize = 200;
     let (mut whole, mut turned) = (0.0, 0.0);
@@ -41,34 +42,36 @@ pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     turned / whole
 }
 
-/// Sums of products of one residual with its delayed copy.
+/// Sums of products e_r e_(r-lag) of the residual of one joint.
 #[derive(Clone, Debug)]
 struct Products {
-    /// By lag.
+    /// The sum of products at each lag 0, 1, .. samples.
     sums: Vec<f64>,
-    /// Pairs behind each sum.
+    /// The number of pairs in each sum.
     pairs: Vec<usize>,
 }
 
-/// The autocorrelation of the residual of each joint.
+/// The autocorrelation of the residuals, one per joint.
 #[derive(Clone, Debug)]
 pub struct Autocorrelation {
     joints: Vec<Products>,
-    /// s between successive rows.
+    /// Time between successive rows, s.
     period: f64,
-    /// The residuals of the current record, by joint, N m (N); NaN where a row is not used.
+    /// The residuals of the current record, one series per joint, N m (N); NaN if a row is not used.
     record: Vec<Vec<f64>>,
     robust: Option<Robust>,
 }
 
 impl Autocorrelation {
-    /// An autocorrelation without a record; `robust`: weights of rows, where they differ.
+    /// An empty autocorrelation for this number of joints. `robust`: robust weights of the rows; `None` if all rows have
+    /// equal weight.
     pub fn new(joints: usize, robust: Option<Robust>) -> Autocorrelation {
         let none = Products { sums: vec![0.0; LARGEST_LAG_SAMPLES + 1], pairs: vec![0; LARGEST_LAG_SAMPLES + 1] };
         Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints], robust }
     }
 
-    /// Adds the residuals of a record, one series per joint, N m (N), `period` s apart; NaN where a row is not used.
+    /// Adds the residuals of a record, one series per joint, N m (N), with samples `period` s apart. NaN marks a row that is
+    /// not used.
     pub(crate) fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
@@ -91,11 +94,12 @@ impl Autocorrelation {
         }
     }
 
-    /// Pairs (lag in s, rho) of joint j at lags of 0, 1, .. samples; empty without a residual.
+    /// The autocorrelation of joint j as pairs (lag in s, rho) at lags of 0, 1, .. samples; empty if the residual is zero or
+    /// absent.
     pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
         let products = &self.joints[j];
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
-        // The mean at lags with fewer pairs is too uncertain.
+        // At lags with too few pairs the mean is too uncertain.
         let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / LEAST_PAIRS_DIVISOR;
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
@@ -106,8 +110,8 @@ impl Autocorrelation {
             .collect()
     }
 
-    /// Autocorrelation time of joint j, s: the area below rho up to its first zero or the last lag, by the trapezoidal
-    /// rule. `None` without a residual.
+    /// Autocorrelation time of the residual of joint j, s: the area below rho up to its first zero or the last lag, by the
+    /// trapezoidal rule. `None` without a residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {
@@ -124,7 +128,7 @@ impl Autocorrelation {
         Some(area)
     }
 
-    /// Half width of the 95 % band of rho of white noise, for joint j.
+    /// Half width of the 95 % interval in which rho of joint j lies if its residual is white noise.
     pub fn band(&self, j: usize) -> f64 {
         INTERVAL / (self.joints[j].pairs[0].max(1) as f64).sqrt()
     }
@@ -166,7 +170,8 @@ mod tests {
         found.memory(0).unwrap()
     }
 
-    /// The memory of filtered noise equals the constant; the memory of a process with rho = a^l is -1/ln a samples.
+    /// The memory of filtered noise equals the constant `NOISE_MEMORY_PERIODS`. The memory of a process with rho = a^l is
+    /// -1/ln a samples.
     #[test]
     fn noise_and_slow_processes_have_the_memory_they_should() {
         let mut random = Random::new(3);
@@ -177,7 +182,7 @@ mod tests {
         // 40000 rows contain about 1600 independent ones.
         let found = memory(filtered, 1.0 / rate) * cutoff;
         assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
-        // The constant equals the area below the curve up to its first zero, within the width of a strip.
+        // `NOISE_MEMORY_PERIODS` equals the area below the curve up to its first zero, within the width of a strip.
         let strips = (0..).map(|i| filtered_noise(cutoff, 1e-5 * f64::from(i))).take_while(|rho| *rho > 0.0);
         let area: f64 = strips.map(|rho| 1e-5 * rho).sum();
         assert!((area * cutoff / NOISE_MEMORY_PERIODS - 1.0).abs() < 2e-3, "{area}");

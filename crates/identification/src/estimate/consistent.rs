@@ -1,10 +1,11 @@
-//! From logs to physically consistent parameters: the entry point of `estimators::consistent`.
+//! Finds physically consistent parameters from logs. This is the entry point to the solver `estimators::consistent`.
 //!
-//! The weights by joint come from WLS. The data are discounted by the median of (sigma / white sigma)^2 over the
-//! parameters, so that the prior is weighed against data with correlated residuals. Friction that the motion does not
-//! show is bounded by the torque that it would make. The prior standard deviation of FV_j is max|tau_j| / (speed of the
-//! fastest joint); the prior standard deviation of FS_j, FT_j and OFF_j is max|tau_j|. The offset of a joint that carries
-//! the same weight in every pose is fixed to zero: no motion separates the two, and a file of bodies has no offset.
+//! The weights by joint come from WLS. The information of the data is divided by the median of (sigma / white sigma)^2 over
+//! the parameters, because residuals are correlated. This sets the weight of the prior against the data. A prior bounds
+//! friction parameters that the motion does not identify. The prior standard deviation of FV_j is max|tau_j| / (speed of the
+//! fastest joint); the prior standard deviation of FS_j, FT_j and OFF_j is max|tau_j|. FV, FS, FT, OFF: viscous friction,
+//! Coulomb friction for both directions, offset. The offset of a joint that carries the same weight in every pose is fixed
+//! to zero: no motion separates weight and offset.
 
 use std::cell::Cell;
 
@@ -30,22 +31,22 @@ use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::{sum_by_joint, weighted};
 
-/// Weight of guessed bodies relative to the weight of nominal bodies.
+/// Weight of the prior with guessed bodies, relative to the weight with nominal bodies.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
 
-/// Arm of the largest first moment, from which the mass of a guessed body follows, m.
+/// Assumed lever arm of the largest first moment, m. It gives the mass of a guessed body.
 const GUESSED_ARM_M: f64 = 0.3;
 
-/// The options of the consistent estimate.
+/// Options of the physically consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Nats per unit of entropic divergence from the nominal bodies; a tenth of it without nominal bodies, since the
-    /// reference is then a guessed ball.
+    /// Weight of the prior: nats per unit of entropic divergence from the nominal bodies. Without nominal bodies a tenth of
+    /// it is used, since the reference is then a guessed ball.
     pub prior_weight: f64,
-    /// Discount the data for correlated residuals.
+    /// Whether the information of the data is reduced for correlated residuals.
     pub discount: bool,
-    /// Bound the friction that the motion does not show.
+    /// Whether a prior bounds the friction that the motion does not identify.
     pub bounded_friction: bool,
 }
 
@@ -55,7 +56,7 @@ impl Default for Consistency {
     }
 }
 
-/// A physically consistent estimate, with the residual of least squares and the result of the solver.
+/// A physically consistent estimate, with the residual of least squares for comparison and the result of the solver.
 pub struct ConsistentFit {
     /// Relative residual |tau - W X| / |tau| of least squares on the same rows.
     pub least_residual: f64,
@@ -65,10 +66,10 @@ pub struct ConsistentFit {
     pub estimate: Estimate,
 }
 
-/// Finds physically consistent bodies from the data of a least-squares fit. `references`: the nominal bodies, in the
-/// order of the bodies of `map`; `None` where unknown.
+/// Finds physically consistent bodies from the data of a least-squares fit. `references`: the nominal bodies, in the order
+/// of the bodies of `map`, the map from standard to base parameters; `None` if unknown.
 ///
-/// Fails when the map does not fit the regressor, or when the weight of the prior is not a positive number.
+/// Fails if the map has the wrong size for the regressor, or if the weight of the prior is not a positive number.
 pub fn identify_consistent(
     regressor: &dyn Regressor,
     map: &StandardMap,
@@ -105,19 +106,19 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The standard deviation comes from least squares; constraints can only reduce it. An undetermined parameter comes
-        // from the prior and stays not identifiable.
+        // The standard deviation comes from least squares, since constraints can only reduce it. An undetermined parameter
+        // gets its value from the prior and stays not identifiable.
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_residual: relative_residual(&fit.estimate), consistent, estimate })
 }
 
-/// Number of blocks of the record in cross-validation. Blocks of a tenth are too short to show missing motion.
+/// Number of blocks of the record in cross-validation. Tenths would be too short to reveal a lack of motion.
 const HELD_OUT_BLOCKS: usize = 4;
 
-/// Relative errors on quarters of the record, each predicted from the others: by least squares, and by physically
-/// consistent bodies. `None` where the solver stalls.
+/// Relative errors of cross-validation on quarters of the record, each predicted by a fit to the others: by least squares,
+/// and by physically consistent bodies. `None` if the solver of the consistent bodies stalls.
 pub fn errors_on_quarters(
     regressor: &dyn Regressor,
     map: &StandardMap,
@@ -143,7 +144,8 @@ pub fn errors_on_quarters(
     (!is_stalled.get()).then_some(errors)
 }
 
-/// The weights of the joints, 1 / residual; for OLS, one weight from the residual of all joints.
+/// The weights of the joints, 1 / rms residual. For ordinary least squares (OLS) all have one weight, from the residual of
+/// all joints.
 fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
     match options.weights {
         Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],
@@ -162,10 +164,11 @@ fn prior(model: &Model, fit: &Fit, references: &[Option<Ten>], consistency: &Con
     }
 }
 
-/// The solution with each load coefficient between 0 and the largest of a gear. Offsets that are not separable from a
-/// weight are zero.
+/// Solves the rows with each load-friction coefficient between 0 and `LARGEST_LOAD_COEFFICIENT`. Offsets that are not
+/// separable from a weight are fixed to zero.
 ///
-/// The coefficient that is farthest outside is fixed to the nearer bound, and the rows are solved again, until all are inside.
+/// The coefficient that is farthest outside these bounds is fixed to the nearer bound, and the rows are solved again, until
+/// all are inside.
 fn with_fixed_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
     let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
     let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
@@ -194,17 +197,17 @@ fn hold(rows: &mut Triangle, c: usize, value: f64) {
     rows.merge(&known.finish(), 1.0);
 }
 
-/// A load coefficient outside its bounds by less than this counts as inside.
+/// A load-friction coefficient that exceeds its bounds by less than this is accepted.
 const LOAD_COEFFICIENT_TOLERANCE: f64 = 1e-3;
-/// Weight of the row of a fixed parameter over the norm of its column.
+/// Weight of the row that fixes a parameter, relative to the norm of the parameter's column.
 const KNOWN_ROW_RATIO: f64 = 1e3;
 
-/// Relative residual |tau - W X| / |tau| of an estimate; NaN where none was computed.
+/// Relative residual |tau - W X| / |tau| of an estimate; NaN if not computed.
 fn relative_residual(estimate: &Estimate) -> f64 {
     estimate.total.unwrap_or(f64::NAN)
 }
 
-/// A sentence on the result of the solver, with the suboptimality bound.
+/// A sentence for the user on the result of the solver, with the suboptimality bound.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
     let residuals =
         format!("residual {:.4}, least squares {:.4}", relative_residual(estimate), relative_residual(least_squares));
@@ -225,13 +228,14 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     )
 }
 
-/// A residual that exceeds the residual of least squares by this factor is not due to noise, where it is also large.
+/// Noise does not explain a residual that exceeds that of least squares by this factor, if it is also large
+/// (`LARGE_RESIDUAL_SHARE`).
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
-/// Share of the torques above which a residual counts as large.
+/// Relative residual above which it counts as large.
 const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {
-    /// Reason not to use these bodies; `None` where there is none.
+    /// Reason not to use these bodies; `None` if they can be used.
     pub fn refusal(&self) -> Option<String> {
         let (total, least) = (relative_residual(&self.estimate), self.least_residual);
         if self.consistent.outcome == BarrierStatus::Stalled {
@@ -246,7 +250,7 @@ impl ConsistentFit {
     }
 }
 
-/// Mass of the ball that replaces unknown bodies, kg: the largest first moment over an arm of 0.3 m, or 1 kg where no
+/// Mass of the ball that replaces unknown bodies, kg: the largest first moment divided by an arm of 0.3 m, or 1 kg if no
 /// first moment is among the parameters.
 fn scale(model: &Model, fit: &Fit) -> f64 {
     let moment = |(p, x): (&Parameter, &f64)| (p.unit() == Unit::FIRST_MOMENT).then_some(x.abs());
@@ -254,7 +258,8 @@ fn scale(model: &Model, fit: &Fit) -> f64 {
     if largest > 0.0 { largest / GUESSED_ARM_M } else { 1.0 }
 }
 
-/// Prior standard deviations of the parameters behind the base parameters, in their units; infinite where unbounded.
+/// Prior standard deviations of the parameters that follow the base parameters (friction, couplings), in their units;
+/// infinite for no prior.
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
     let peak = |j: usize| fit.observation.effort[j];
@@ -269,7 +274,7 @@ fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     deviations.map(|d| if d > 0.0 { d } else { f64::INFINITY }).collect()
 }
 
-/// The standard parameters of each body, by name.
+/// The name of each body with its ten standard parameters, from `phi`, all standard parameters in the order of the map.
 pub fn bodies<'a>(map: &'a StandardMap, phi: &'a [f64]) -> impl Iterator<Item = (&'a str, Ten)> {
     map.bodies.iter().map(|(name, first)| (name.as_str(), std::array::from_fn(|i| phi[first + i])))
 }

@@ -1,8 +1,8 @@
-//! The motion of one joint in the residual of another.
+//! Cross talk: how much the motion of one joint explains of the residual of another joint.
 //!
-//! The residual e_j of a joint is regressed on ddq_k, dq_k and the direction of each other joint k. The share of
-//! |e_j|^2 that they explain is near zero where the model is complete. It is large where a motor also turns with
-//! another joint and the model lacks its inertia and friction.
+//! The residual e_j of joint j is regressed on acceleration ddq_k, velocity dq_k and direction of each other joint k. The
+//! share of |e_j|^2 that these three explain is near zero if the model is complete. It is large if the motor of joint j also
+//! turns with joint k, and the model lacks the inertia and friction of this motor.
 
 use linear_model::linear_model::{Model, ResidualGroup};
 use nalgebra::{Matrix3, Vector3};
@@ -10,39 +10,41 @@ use nalgebra::{Matrix3, Vector3};
 use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
-/// Share of the residual of joint `joint` that the motion of joint `of` explains.
+/// How much of the residual of joint `joint` the motion of joint `of` explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
-    /// The joint whose residual is explained.
+    /// Number of the joint with the residual.
     pub joint: usize,
-    /// The joint whose motion explains it.
+    /// Number of the joint with the motion that explains the residual.
     pub of: usize,
-    /// Share of the sum of squares of the residual, 0 to 1.
+    /// Explained share of the sum of squares of the residual, 0 to 1.
     pub share: f64,
 }
 
-/// Number of columns: ddq_k, dq_k and the direction.
+/// Number of columns per joint k: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
-/// Singular values of the scaled products below this count as zero.
+/// Singular values of the scaled matrix of products are treated as zero below this.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
-/// Products of the columns of each joint with one another, and with the residuals of the other joints.
+/// Sums over the samples of products of the motion columns (ddq_k, dq_k, direction) of each joint with one another, and with
+/// the residuals of the other joints.
 #[derive(Clone)]
 pub struct CrossTalkSums {
     n: usize,
-    /// Products of the columns of joint k, over the samples whose rows of all joints have weight 1 (most samples).
+    /// Entry k: products of the columns of joint k, over the samples in which the rows of all joints are used with weight 1
+    /// (most samples).
     motions: Vec<Matrix3<f64>>,
-    /// Products of the columns of joint k, over the other rows of joint j, at j n + k.
+    /// Entry j n + k: products of the columns of joint k, over the rows of joint j in all other samples.
     more: Vec<Matrix3<f64>>,
-    /// Products with the residual of joint j, at j n + k, column after column.
+    /// Entry j n + k: products of each column of joint k with the residual of joint j; one vector per column.
     residuals: [Vec<f64>; CROSS_TALK_COLUMNS],
-    /// |e_j|^2.
+    /// Entry j: |e_j|^2, the squared residual of joint j.
     squares: Vec<f64>,
     robust: Option<Robust>,
 }
 
 impl CrossTalkSums {
-    /// Empty sums; `robust`: weights of rows, where they differ.
+    /// Empty sums for n joints. `robust`: robust weights of the rows; `None` if all rows have equal weight.
     pub fn new(n: usize, robust: Option<Robust>) -> CrossTalkSums {
         let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
         let residuals = [nothing.clone(), nothing.clone(), nothing];
@@ -102,9 +104,9 @@ impl ResidualSum for CrossTalkSums {
     }
 }
 
-/// The share of `total`, the sum of squares of a residual, that columns explain.
+/// The share of `total`, the sum of squares of a residual, that three columns explain.
 ///
-/// `products`: of the columns with one another; `with_residual`: of the columns with the residual.
+/// `products`: products of the columns with one another; `with_residual`: products of the columns with the residual.
 fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
@@ -153,7 +155,7 @@ mod tests {
             (talk[0].share, talk[1].share)
         };
         let (coupled, other) = share(1.0);
-        // Noise has variance 0.01, the squares of the residual a mean above 1.
+        // The noise has variance 0.01; the mean square of the residual is above 1.
         assert!(coupled > 0.95, "{coupled}");
         // Three columns explain on average 3/500 of the squares of white noise.
         assert!(other < 0.05 && share(0.0).0 < 0.05, "{other}");

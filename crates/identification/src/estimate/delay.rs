@@ -1,13 +1,13 @@
-//! The delay of the torques relative to the positions, s, with the smallest residual.
+//! Finds the delay of the torques relative to the positions, s, that gives the smallest residual.
 //!
-//! A trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c of a reversal
-//! of their joint are left out. There a joint sticks and its friction changes sign, and the filtered velocity shows
-//! neither the start nor the end of sticking. With these rows, at a cut-off of 16 Hz, friction twice as large as the
-//! torque of inertia moves the minimum by 3.6 ms.
+//! A trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c (f_c: cut-off of
+//! the low-pass) of a reversal of their joint are left out. At a reversal a joint sticks and its friction changes sign, but
+//! the filtered velocity shows neither the start nor the end of sticking. If these rows were used, at a cut-off of 16 Hz,
+//! friction twice as large as the torque of inertia would shift the minimum by 3.6 ms.
 //!
-//! The rows near reversals also contain most information on the delay. At a cut-off of 3.7 Hz a period is 0.27 s to each
-//! side, and the remaining rows have nearly constant speed, with the same residual under every delay. So a delay is
-//! rejected where it raises the residual of all rows, and all rows are searched.
+//! But the rows near reversals also contain most information on the delay. At a cut-off of 3.7 Hz, 0.27 s are left out on
+//! each side of a reversal. The remaining rows have nearly constant speed, and the same residual under every delay. So a
+//! delay is rejected if it raises the residual of all rows; then all rows are searched.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -22,31 +22,33 @@ use crate::signals::records::{Records, SourceRecords};
 /// The result of a search for the delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
-    /// The delay, s; positive: the torques are late.
+    /// The delay, s; positive if the torques are late.
     pub seconds: f64,
-    /// |tau - W X| / |tau| with this delay, on the rows that were searched.
+    /// Relative residual |tau - W X| / |tau| with this delay, on the rows that were searched.
     pub residual: f64,
-    /// |tau - W X| / |tau| without a delay, on the same rows.
+    /// Relative residual |tau - W X| / |tau| without a delay, on the rows that were searched.
     pub residual_without: f64,
     /// Whether all rows were searched, not only those away from reversals.
     pub of_all_rows: bool,
-    /// Whether the residual still falls at the end of the search interval, so that the minimum lies outside or is absent.
+    /// Whether the residual still decreases at the end of the search interval, so that the minimum is outside or does not
+    /// exist.
     pub at_the_end: bool,
 }
 
-/// Longest delay of the coarse search to both sides, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
+/// Longest delay, positive or negative, of the coarse search, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
 const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
-/// Residual of all rows with a delay over their residual without it, above which the rows contradict the delay: dry
-/// friction alone raises the ratio by less.
+/// The rows contradict a delay if the ratio (residual of all rows with it / without it) exceeds this. Dry friction alone
+/// raises the ratio by less.
 const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
 /// Step of the coarse search, s.
 const COARSE_DELAY_STEP_S: f64 = 0.004;
-/// Width of the interval at which the fine search ends, s.
+/// The fine search ends at this width of the interval, s.
 const FINE_DELAY_WIDTH_S: f64 = 1e-4;
-/// A minimum within the last tenth of the step beyond the longest delay lies at the end.
+/// A minimum counts as being at the end of the search if it exceeds the longest delay by more than this share of a coarse
+/// step.
 const END_STEP_SHARE: f64 = 0.9;
 
-/// The rows of records without those within 1 / f_c of a reversal of their joint.
+/// The records without the rows within 1 / f_c of a reversal of their joint (f_c: cut-off).
 struct AwayFromReversals<'a>(&'a SourceRecords<'a>);
 
 impl Records for AwayFromReversals<'_> {
@@ -61,7 +63,7 @@ impl Records for AwayFromReversals<'_> {
     }
 }
 
-/// Marks the rows of a joint within 1 / f_c of a change of sign of its velocity as not used.
+/// Marks the rows of a joint within 1 / f_c of a change of sign of its velocity as not used (f_c: cut-off).
 fn leave_out_reversals(states: &mut States, joint: usize) {
     let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
     let (n, len) = (states.n, states.len());
@@ -80,7 +82,7 @@ fn leave_out_reversals(states: &mut States, joint: usize) {
 
 /// Finds the delay with the smallest residual, to a tenth of a millisecond.
 ///
-/// Fails as `identify` does.
+/// Fails if a log cannot be read or prepared, as `identify` does.
 pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
     let model = options.linear_model(regressor);
     let mut options = options.clone();
@@ -99,7 +101,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
         let (solution, _) = fit(&joints, options.weights);
         Ok((residuals(&model, &joints, &solution.x).total, joints.iter().map(|t| t.rows).sum()))
     };
-    // All rows are searched where every row is near a reversal.
+    // If nearly every row is near a reversal, all rows are searched.
     let has_rows = search(0.0, true)?.1 > model.p();
     let away = lowest(&mut |delay| search(delay, has_rows).map(|found| found.0), !has_rows)?;
     let (with, without) = (search(away.seconds, false)?.0, search(0.0, false)?.0);
@@ -109,7 +111,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     lowest(&mut |delay| search(delay, false).map(|found| found.0), true)
 }
 
-/// The delay with the smallest residual, by a coarse search and a fine one.
+/// Finds the delay with the smallest residual, by a coarse search and then a fine one.
 fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: bool) -> Result<Delay, Error> {
     let residual_without = residual(0.0)?;
     let mut best = downhill(residual, residual_without)?;
@@ -123,15 +125,16 @@ fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: boo
 }
 
 impl Delay {
-    /// Which rows its residuals are of, in words.
+    /// Names the rows that the residuals were computed from.
     pub fn rows(&self) -> &'static str {
         if self.of_all_rows { "of all rows" } else { "away from reversals" }
     }
 }
 
-/// The best delay of a grid, s, and its residual.
+/// Finds the best delay of a grid, s, and its residual. `without`: the residual without a delay.
 ///
-/// The search descends from no delay to both sides, because the residual has one minimum and most delays are short.
+/// The search starts at no delay and descends in both directions, because the residual has one minimum and most delays are
+/// short.
 fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
     let mut best = (0.0, without);
     for direction in [COARSE_DELAY_STEP_S, -COARSE_DELAY_STEP_S] {
@@ -150,9 +153,10 @@ fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) 
     Ok(best)
 }
 
-/// The delay between a and b, s, with the smallest residual, and that residual.
+/// Finds the delay between a and b, s, with the smallest residual, and that residual.
 ///
-/// c and d divide the interval by the golden section. The interval beyond the one with the larger residual is dropped.
+/// c and d divide the interval [a, b] by the golden section. In each step, the part of the interval beyond the point with
+/// the larger residual is dropped.
 fn golden_section(
     residual: &mut impl FnMut(f64) -> Result<f64, Error>,
     mut a: f64,
@@ -184,9 +188,9 @@ mod tests {
     use logs::{Effort, Log};
     use random::Random;
 
-    /// A pendulum with dry friction under a PD controller of 1 kHz, which sticks where it turns.
+    /// Simulates a pendulum with dry friction under a PD controller of 1 kHz. It sticks at each reversal.
     ///
-    /// The torque of a row is held until the next, half a millisecond ahead of its mean. It is logged `late` rows
+    /// The torque of a row is held for one step of 1 ms, so its mean is half a millisecond later. It is logged `late` rows
     /// later.
     fn sticking(late: i32) -> Log {
         let (zz, mx, my, viscous, coulomb) = (0.3, 0.8, -0.1, 0.3, 1.5);
@@ -205,7 +209,7 @@ mod tests {
                 let free = tau - 9.81 * (mx * q.cos() - my * q.sin()) - viscous * v;
                 let dry = if v == 0.0 { free.clamp(-coulomb, coulomb) } else { coulomb * v.signum() };
                 let next = v + h / f64::from(parts) * (free - dry) / zz;
-                // It stops where it turns; the next step decides whether it stays.
+                // The pendulum stops when its velocity changes sign; the next step decides whether it sticks.
                 v = if v * next < 0.0 { 0.0 } else { next };
                 q += h / f64::from(parts) * v;
             }

@@ -1,6 +1,6 @@
-//! Numbers as text in sentences.
+//! Prints numbers as text for sentences.
 
-/// Three significant digits (four decimals below 0.1), with an exponent below 1e-3 and from 1e5 on.
+/// Prints x with three significant digits (four decimals below 0.1), with an exponent below 1e-3 and from 1e5 on.
 pub fn significant(x: f64) -> String {
     let size = x.abs();
     match size {
@@ -13,7 +13,7 @@ pub fn significant(x: f64) -> String {
     }
 }
 
-/// A share as text in percent: `0.53 %`, or one decimal from 10 % on.
+/// Prints a share x in percent: `0.53 %`, or with one decimal from 10 % on.
 pub fn percent(x: f64) -> String {
     let x = 100.0 * x;
     if x.abs() >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }

@@ -1,9 +1,9 @@
 //! Combinations of parameters that the data hardly determine.
 //!
-//! A direction d of the parameter space comes from the singular vectors of the scaled columns
-//! (`numerics::least_squares`). It changes the weighted torques by |W d| per unit. Along it the estimate has the
-//! standard deviation sigma / |W d|, times the root of the discount of correlated rows. Where 1.96 such deviations
-//! change a parameter by more than its value, the data do not determine the parameter along that direction.
+//! A direction d of the parameter space comes from the singular vectors of the regressor W with scaled columns
+//! (`numerics::least_squares`). One unit along d changes the weighted torques by |W d|. The estimate along d has the
+//! standard deviation sigma / |W d|, times the root of the discount of correlated rows (sigma: noise of a row). If 1.96
+//! standard deviations along d change a parameter by more than its value, the data do not determine the parameter along d.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
@@ -15,38 +15,40 @@ use crate::estimate::identified::INTERVAL;
 
 /// Largest number of directions that an estimate keeps, the weakest first.
 const MAX_KEPT_DIRECTIONS: usize = 6;
-/// Entries below this share of the largest entry, in scaled columns, are not named.
+/// A parameter of a direction is not named if its entry, for scaled columns, is below this share of the largest entry.
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
-/// Largest number of members that are named.
+/// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
-/// Number of largest members that decide whether a direction is determined.
+/// Number of parameters, those with the largest entries, that decide whether a direction is determined.
 const DECISIVE_MEMBERS: usize = 2;
 
 /// A combination of parameters that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// Singular value of the scaled columns over the largest one; 0: the torques do not depend on the direction.
+    /// Singular value of the direction (columns of W scaled), over the largest one; 0: the torques do not depend on the
+    /// direction.
     pub strength: f64,
-    /// Its parameters, the largest change of scaled columns first.
+    /// The parameters that change along the direction, in the order of decreasing entries for scaled columns.
     pub members: Vec<DirectionMember>,
-    /// Whether the data do not determine it: 1.96 sigma is as large as the parameters themselves.
+    /// True if the data do not determine the direction: 1.96 sigma is as large as the values of its main parameters.
     pub open: bool,
 }
 
-/// A parameter of a direction.
+/// One parameter that changes along a direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectionMember {
     /// Identity of the parameter.
     pub parameter: ParameterId,
-    /// Its change by one standard deviation along the direction, in its unit.
+    /// Its change for one standard deviation along the direction, in the unit of the parameter.
     ///
-    /// Where the torques do not depend on the direction, only ratios of these changes have a meaning.
+    /// If the torques do not depend on the direction, only the ratios of these changes have a meaning.
     pub change: f64,
 }
 
 /// The weakest directions of a solution, the weakest first.
 ///
-/// `joints`: its triangles, by joint; `weights`: by joint; `discount`: how many correlated rows count as one.
+/// `joints`: triangles (R of QR) of the rows, one per joint; `weights`: one per joint; `discount`: number of correlated rows
+/// that carry the information of one independent row.
 pub fn directions(
     model: &Model,
     joints: &[Triangle],
@@ -78,19 +80,19 @@ pub fn directions(
             open: order.iter().take(DECISIVE_MEMBERS).all(open),
         }
     };
-    // Directions of zero columns are skipped: their parameters are already reported as not identifiable.
+    // Directions of zero columns are skipped: their parameters are reported as not identifiable anyway.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
 
-/// |R d|, with the triangle R of a joint: the norm of the torque change along d, N m (N).
+/// Norm |R d| of the torque change along d, N m (N), with the triangle R of one joint.
 fn length(triangle: &Triangle, d: &[f64]) -> f64 {
     let row = |i: usize| (i..d.len()).map(|c| triangle.at(i, c) * d[c]).sum::<f64>();
     (0..d.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Direction {
-    /// The direction as a sentence: `the data cannot tell MX2 from MXR3: ..`.
+    /// A sentence on the direction: `the data do not separate MX2 from MXR3: ..`; empty without parameters.
     pub fn sentence(&self) -> String {
         let names: Vec<String> = self.members.iter().map(|m| m.parameter.to_string()).collect();
         let also = |rest: &[String]| match rest.len() {
@@ -121,7 +123,7 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that stays near one angle determines a sum of its two first moments, which are not separable.
+    /// A pendulum that stays near one angle determines only a sum of its two first moments, so they are not separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

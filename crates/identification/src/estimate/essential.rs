@@ -1,10 +1,10 @@
-//! The estimate of the essential parameters [Pham, Gautier 1991]. A test selects the significant parameters; the others
-//! are zero.
+//! Estimate of the essential parameters [Pham, Gautier 1991]: a test selects the significant parameters, and the others are
+//! set to zero.
 //!
-//! `estimators::essential` eliminates while the squared residual grows by less than 3.84 discounted variances. Of 100
-//! parameters whose true value is zero, 95 stay below that. The discount counts correlated residuals. The standard
-//! deviation of a kept parameter is its white deviation in the smaller model, times sigma / white sigma in the whole
-//! model.
+//! `estimators::essential` eliminates parameters, as long as the squared residual grows by less than 3.84 variances of a row
+//! times the discount. Of 100 parameters whose true value is zero, 95 stay below that. The discount accounts for correlated
+//! residuals. The standard deviation of a kept parameter is its white-noise deviation in the smaller model, times (sigma /
+//! white sigma) in the whole model.
 
 use linear_model::regressor::Regressor;
 
@@ -25,7 +25,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
-    // The norm grows by half the relative growth of its square.
+    // The relative growth of the norm is half the relative growth of its square.
     let growth = 0.5 * SIGNIFICANT_CHI_SQUARE * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
@@ -56,7 +56,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     estimate.total = Some(left.total);
     estimate.method = format!("essential parameters, {}", estimate.method);
     (estimate.rank, estimate.condition_number) = (found.solution.rank, Some(found.solution.condition_number));
-    // Directions and covariance hold for the whole model only.
+    // Directions and covariance are valid for the whole model only.
     estimate.directions.clear();
     estimate.covariance.clear();
     let names: Vec<String> = found.dropped.iter().map(|&c| estimate.parameters[c].id.to_string()).collect();
@@ -95,7 +95,7 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // 1.001 allows for one parameter fewer in the variance of the residual.
+                // The factor 1.001: the variance of the residual has more degrees of freedom with fewer parameters.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

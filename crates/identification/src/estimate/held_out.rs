@@ -1,12 +1,10 @@
-//! The relative error of predicted torques on data that were not used for the estimate.
+//! Relative error of predicted torques on data that were not used for the estimate (cross-validation).
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| on other records, or on each block of the record with X from all other blocks.
-//! This is blocked cross-validation: neighbouring samples are correlated, so blocks are contiguous. Blocks next to a gap
-//! may be left out too.
+//! For joint j: relative_j = |tau_j - W_j X| / |tau_j|, on other records, or on each block of the record with X from all
+//! other blocks. This is blocked cross-validation: blocks are contiguous, because neighbouring samples are correlated.
 //!
-//! With C the covariance of X and W_j the rows of joint j, an error of X raises the squared residual of tau_j by
-//! trace(W_j C W_j') in the mean. So standard deviations predict how much the error exceeds the error of the true
-//! parameters.
+//! With the covariance C of X and the rows W_j of joint j, the error of X raises the squared residual of tau_j by trace(W_j
+//! C W_j') on average. So standard deviations predict by how much the error of X exceeds the error of the true parameters.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -17,18 +15,18 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
 
-/// Residuals of the torques of other records under parameters `x`.
+/// Computes the residuals of the torques of other records under parameters `x`.
 ///
 /// Fails when a record cannot be read.
 pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Residuals, Error> {
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
 }
 
-/// Residuals of each tenth of the record, predicted from the other tenths.
+/// Residuals of cross-validation: each tenth of the record is predicted by a fit to the other tenths.
 ///
-/// A tenth is two of the blocks in which the record is kept. A direction that only one tenth shows has less than
-/// `PARAMETER_HOLD_SHARE` of its columns' norm without that tenth. It keeps the value of the whole record, so leaving the
-/// tenth out does not test it.
+/// A tenth is two consecutive blocks of the observation. If only one tenth excites a direction of the parameter space, the
+/// columns of the other tenths have less than `PARAMETER_HOLD_SHARE` of their norm along it. The direction then keeps the
+/// value of the whole record, so leaving out that tenth does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
@@ -44,20 +42,22 @@ pub(crate) fn cross_validate_by_part(
     (all, parts.into_iter().map(|part| Residuals::new(model.regressor, part).total).collect())
 }
 
-/// The squares of each tenth, by joint, under parameters from all other tenths.
+/// Sums of squares of torques and residuals of each tenth, one per joint, under parameters that are fitted to all other
+/// tenths.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
 }
 
-/// The solution of the rows without one block, regularised towards `whole`, the solution with that block.
+/// Solution of the rows `rest`, the record without one block, regularised towards `whole`, the solution with that block.
 pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
     rest.merge(&held(&rest, whole), 1.0);
     rest.solution()
 }
 
-/// The squares of each block, by joint, under parameters that `solve` finds from the weighted rows of all other blocks.
+/// Sums of squares of torques and residuals of each block, one per joint, under parameters that `solve` finds from the
+/// weighted rows of all other blocks. `parts`: for each block, the triangles of its joints.
 pub(crate) fn predicted_from_others(
     model: &Model,
     parts: &[Vec<Triangle>],
@@ -68,7 +68,7 @@ pub(crate) fn predicted_from_others(
     parts.iter().zip(rests).map(|(part, rest)| squares(model, part, &solve(rest))).collect()
 }
 
-/// The residuals of the squares of all blocks together.
+/// Residuals of all blocks together, from their sums of squares.
 pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     let mut sums = vec![Squares::default(); model.n()];
     for part in parts {
@@ -79,8 +79,8 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     Residuals::new(model.regressor, sums)
 }
 
-/// For each block, the weighted rows of all other blocks; `parts`: by block, the triangles of its joints. The weights by
-/// joint come from the whole record, because a single block hardly changes them.
+/// Triangle of the weighted rows of all other blocks, one per block. `parts`: for each block, the triangles of its joints.
+/// The weights by joint come from the whole record, because a single block hardly changes them.
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
     // The rows of all other blocks are the sum of the blocks before and the sum of the blocks after.
@@ -103,10 +103,10 @@ pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f6
     rests
 }
 
-/// Weight of the row that regularises a parameter, over the norm of its column.
+/// Weight of the row that regularises a parameter, relative to the norm of its column.
 const PARAMETER_HOLD_SHARE: f64 = 1e-3;
 
-/// Rows that regularise each parameter towards `x`.
+/// Rows that regularise each parameter towards its value in `x`.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
     let mut block = TriangleBuilder::new(p);
@@ -118,18 +118,18 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
-/// The share of an error that is due to the parameters: sqrt(error^2 - least^2), with `least` the error of parameters that
-/// are fitted to the same data.
+/// The part of a relative error that is due to the parameters: sqrt(error^2 - least^2). `least`: relative error of
+/// parameters that are fitted to the same data.
 pub fn of_parameters(error: f64, least: f64) -> f64 {
     (error * error - least * least).max(0.0).sqrt()
 }
 
-/// The residuals tau - W x, from triangles by joint.
+/// The residuals tau - W x, from the triangles of the joints.
 pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     Residuals::new(model.regressor, squares(model, joints, x))
 }
 
-/// The sums of squares of the torques and of the residuals tau - W x, from triangles by joint.
+/// Sums of squares of the torques and of the residuals tau - W x, from the triangles of the joints.
 fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     let of_joint = |(j, joint): (usize, &Triangle)| {
         let (torque, left) = joint.squares(x);
@@ -138,8 +138,8 @@ fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     joints.iter().enumerate().map(of_joint).collect()
 }
 
-/// The relative error sqrt(sum trace(W C W')) / |tau| that the covariance C of the parameters explains, from triangles by
-/// joint. `covariance`: C = sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
+/// The relative error sqrt(sum trace(W C W')) / |tau| that the covariance C of the parameters causes, from the triangles of
+/// the joints. `covariance`: C = sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
 pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f64 {
     let p = model.p();
     let of_row = |t: &Triangle, i: usize| -> f64 {
@@ -174,8 +174,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// Only one tenth of the record turns far enough to separate MX and MY. Without that tenth their difference is not
-    /// identifiable, and its error comes from the noise and not from a guess.
+    /// Only in one tenth of the record the joint turns far enough to separate MX and MY. Without that tenth their difference
+    /// is not identifiable. The error of that tenth must then come from noise, not from a guess.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();

@@ -1,14 +1,15 @@
-//! Hypotheses: a fault of a log, or a rotor that a model lacks, with the properties of each kind.
+//! Hypotheses on a log and its model (a fault of the log, or a rotor that the model lacks), with the properties of each
+//! kind.
 //!
 //! A kind is tested by one of two methods, or by both.
 //!
 //! | fault | method | module |
 //! |---|---|---|
-//! | small | an additional column h and one unknown more | `claims::hypotheses` |
-//! | gross | the fault is undone in the log, and the description predicts the log | `log_check::search` |
+//! | small | one additional unknown with a column h in the fit | `claims::hypotheses` |
+//! | gross | the fault is undone in the log, and the corrected log is compared with the description | `log_check::search` |
 //!
-//! With both methods the bodies are fitted too: a fault is accepted only where it reduces the error on held-out blocks of
-//! the record. A new kind is a variant of the enum, and its arms in this file.
+//! In both methods the bodies are fitted too: a fault is accepted only if it reduces the error on held-out blocks of the
+//! record. A new kind of fault needs a variant of the enum, and its match arms in this file.
 
 use claims::{Figure, Topic};
 use linear_model::linear_model::Model;
@@ -23,53 +24,54 @@ use crate::estimators::huber::Robust;
 
 use Hypothesis::*;
 
-/// Place of an option without a field, in words.
+/// Start of a remedy that is an entry in the file of options.
 pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
-/// Step of the central difference by a position, rad.
+/// Step of a position for a central difference, rad.
 const POSITION_STEP_RAD: f64 = 1e-4;
-/// A fault that explains a smaller share of the torque is harmless for every use.
+/// A fault is harmless for every use if it explains a smaller share of the torque than this.
 const SMALLEST_TORQUE_SHARE: f64 = 0.002;
-/// A spring that explains a smaller share of the torque is harmless; a spring has no least stiffness.
+/// A spring is harmless if it explains a smaller share of the torque than this. There is no limit on its stiffness.
 const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
-/// One degree, rad.
+/// One degree in rad.
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Smaller angles are errors of calibration, rad.
+/// Errors of angle below this are due to calibration and not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Smaller scale errors are errors of calibration.
+/// Scale errors below this are due to calibration and not reported.
 const LEAST_SCALE: f64 = 0.03;
-/// A detection limit from this angle on is useless, rad (45 degrees).
+/// A detection limit of an angle is useless if it is at least this, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
-/// A detection limit from this scale error on is useless.
+/// A detection limit of a scale error is useless if it is at least this.
 const USELESS_SCALE: f64 = 0.5;
 
-/// One fault of a log.
+/// A hypothesis on a log or its model, with the numbers of its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hypothesis {
-    /// The zero of a coordinate is off, rad.
+    /// The zero of a coordinate has an offset, rad.
     Zero(usize),
-    /// The torque of a coordinate is too large by the factor 1 + size.
+    /// The logged torque of a coordinate is the true torque times (1 + size).
     Scale(usize),
     /// A spring acts on a coordinate, N m/rad (N/m).
     Spring(usize),
-    /// Gravity is tilted about a horizontal axis, rad; the number of the nearest axis of the base frame.
+    /// Gravity is tilted by an angle, rad, about a horizontal axis; the number gives the nearest axis of the base frame (0:
+    /// x, 1: y, 2: z).
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
     /// The torque of a coordinate grows by a share of itself between the first and the last sample.
     Drift(usize),
-    /// The torque of a coordinate, or of all, is logged late, s.
+    /// The torque of a coordinate, or of all coordinates (`None`), is logged late, s.
     Late(Option<usize>),
     /// Coulomb friction of a coordinate grows with its load, N m per N m.
     LoadFriction(usize),
     /// The torque of the first coordinate contains a share of the torque of the second.
     CrossTalk(usize, usize),
-    /// The motion of a coordinate has the other sign.
+    /// Position, velocity and acceleration of a coordinate have the wrong sign.
     MotionSign(usize),
-    /// The torque of a coordinate has the other sign.
+    /// The torque of a coordinate has the wrong sign.
     TorqueSign(usize),
-    /// Motion and torque of a coordinate have the other sign.
+    /// Motion and torque of a coordinate have the wrong sign.
     Reversed(usize),
     /// Motions and torques of two coordinates are exchanged.
     SwappedJoints(usize, usize),
@@ -81,9 +83,9 @@ pub enum Hypothesis {
     SwappedVelocities(usize, usize),
     /// Only the torques of two coordinates are exchanged.
     SwappedTorques(usize, usize),
-    /// The angles are in degrees, taken for radians.
+    /// The angles are in degrees, but were read as radians.
     Degrees,
-    /// Gravity was taken out of the torques before they were logged.
+    /// Gravity was subtracted from the torques before they were logged.
     GravityCompensated,
 }
 
@@ -98,37 +100,37 @@ pub enum ColumnKind {
     Torques,
 }
 
-/// How a hypothesis counts.
+/// The consequence of a confirmed hypothesis.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counts {
-    /// Positions are wrong: a contradiction, even where the error of the torque in this log is small.
+    /// Positions are wrong: a contradiction, even if the torque error in this log is small.
     AsPosition,
     /// Torques are wrong: a contradiction, unless their error is smaller than every use tolerates.
     AsTorque,
-    /// The fault counts in the residual of the fit.
+    /// The fault only explains a part of the residual of the fit: the log is not wrong.
     AsResidual,
-    /// The fault counts in the standard deviations and is never named.
+    /// The fault only inflates standard deviations, and no claim names it.
     InDeviations,
-    /// The fault is gross: no fit has a column for it.
+    /// The fault is gross and makes the log wrong. The log check tests it; a fit has no column for it.
     AsLog,
 }
 
-/// Properties of a kind of hypothesis.
+/// How hypotheses of one kind are judged.
 pub(super) struct HypothesisKind {
-    /// Topic of a claim on it.
+    /// Topic of a claim on this kind.
     pub topic: Topic,
     pub counts: Counts,
-    /// The smallest size that matters, in the unit of the hypothesis.
+    /// Smallest size that is reported, in the unit of the hypothesis.
     pub least: f64,
-    /// The smallest share of the torque that matters.
+    /// Smallest explained share of the torque that is reported.
     pub least_share: f64,
-    /// A detection limit from this size on is useless, in the unit of the hypothesis.
+    /// A detection limit is useless if it is at least this, in the unit of the hypothesis.
     pub useless: f64,
-    /// Whether it inflates standard deviations where the data do not exclude it.
+    /// Whether it inflates standard deviations if the data do not exclude it.
     pub may_be_there: bool,
 }
 
-/// The kinds that a claim may name, in the order of the claims.
+/// Topics of the kinds of faults that a claim may name, in the order of the claims.
 pub(super) const CLAIMED: [Topic; 6] = [MOUNT, ZERO, SCALE, SPRING, ROTOR, DRIFT];
 
 impl Hypothesis {
@@ -141,7 +143,7 @@ impl Hypothesis {
             useless: f64::INFINITY,
             may_be_there: false,
         };
-        // Angles and scales have a least size by calibration; other sizes count by their share of the torque alone.
+        // Angles and scales have a least size by calibration. For other kinds only the share of the torque counts.
         let angle = |topic: Topic, may_be_there: bool| HypothesisKind {
             least: LEAST_ANGLE_RAD,
             useless: USELESS_ANGLE_RAD,
@@ -149,7 +151,8 @@ impl Hypothesis {
             ..of(topic, Counts::AsPosition)
         };
         let scale = HypothesisKind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
-        // Other bodies may hide a zero, a drift and a spring, so these inflate standard deviations unless excluded.
+        // Other bodies may hide a zero, a drift or a spring, so these inflate standard deviations unless the data exclude
+        // them.
         match self {
             Zero(_) => angle(ZERO, true),
             Mount(_) => angle(MOUNT, false),
@@ -171,7 +174,7 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinates that it concerns; none for the mount, and for faults of all coordinates.
+    /// Numbers of the coordinates that the hypothesis concerns; empty for the mount, and for faults of all coordinates.
     pub fn joints(&self) -> Vec<usize> {
         match *self {
             Mount(_) | Degrees | GravityCompensated | Late(None) => Vec::new(),
@@ -182,18 +185,19 @@ impl Hypothesis {
         }
     }
 
-    /// The first of its coordinates.
+    /// Number of the first coordinate that the hypothesis concerns; `None` if it concerns no single coordinate.
     pub fn joint(&self) -> Option<usize> {
         self.joints().first().copied()
     }
 
-    /// Whether a fit to a robot of n coordinates has a column for it.
+    /// Whether a fit to a robot of n coordinates has a column for this hypothesis.
     pub fn is_of(&self, n: usize) -> bool {
         let is_there = if let Mount(axis) = *self { axis < 3 } else { self.joints().iter().all(|k| *k < n) };
         is_there && self.kind().counts != Counts::AsLog
     }
 
-    /// The kind of columns that it exchanges; `None` where it exchanges none, or only positions or velocities.
+    /// Kind of columns that the fault exchanges; `None` for other faults, and if it exchanges only positions or only
+    /// velocities.
     pub(super) fn exchanges(self) -> Option<ColumnKind> {
         match self {
             SwappedJoints(..) => Some(ColumnKind::All),
@@ -203,9 +207,9 @@ impl Hypothesis {
         }
     }
 
-    /// Whether physically consistent bodies may explain the log without it. `brakes`: whether friction of a coordinate
-    /// dissipates in the unchanged log. `is_sure`: the description, without a free number, has nearly no residual once the
-    /// fault is undone.
+    /// Whether physically consistent bodies may explain the log without this fault. `brakes`: whether friction of a
+    /// coordinate dissipates in the unchanged log. `is_sure`: the description, without any fitted number, has nearly no
+    /// residual once the fault is undone.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
             Zero(_) | Scale(_) | Reversed(_) => true,
@@ -214,7 +218,7 @@ impl Hypothesis {
         }
     }
 
-    /// A size of it in the unit of reports.
+    /// Converts a size x of the fault to the unit of reports (degrees, ms, %, ..).
     pub(super) fn figure(&self, x: f64, joints: &[JointResidual]) -> Figure {
         match *self {
             Zero(_) | Mount(_) => Figure::new(x.to_degrees(), "deg"),
@@ -225,7 +229,7 @@ impl Hypothesis {
         }
     }
 
-    /// A sentence on the fault and its size. `off`: its size in words, `names`: names of its coordinates.
+    /// A sentence on the fault and its size. `off`: the size in words; `names`: names of its coordinates.
     pub fn statement(&self, off: &str, names: &[&str]) -> String {
         let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
         match *self {
@@ -255,7 +259,7 @@ impl Hypothesis {
         }
     }
 
-    /// The remedy for a fault with the fitted size `value`; `None` for hypotheses that no claim names.
+    /// The remedy for a fault with the fitted size `value`; `None` for kinds that no claim names.
     pub(super) fn remedy(&self, value: f64, joints: &[JointResidual]) -> Option<String> {
         let at = |k: usize| &joints[k].coordinate;
         let listed = |list: &str, k: usize| {
@@ -272,7 +276,7 @@ impl Hypothesis {
         }
     }
 
-    /// Undoes it in the motion of one sample. `size`: by how much the true position is larger than the logged one, rad.
+    /// Undoes the fault in the motion of one sample. `size`: true minus logged position, rad.
     pub(super) fn undo_motion(self, size: f64, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         match self {
             Zero(k) => q[k] += size,
@@ -289,8 +293,8 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate of the log that holds the velocity of joint j. Signs are ignored: they do not change the span of
-    /// columns.
+    /// Number of the coordinate whose columns in the log contain the velocity of joint j. Signs are ignored: they do not
+    /// change the span of columns.
     pub(super) fn motion_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
@@ -299,7 +303,7 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate of the log that holds the position of joint j.
+    /// Number of the coordinate whose column in the log contains the position of joint j.
     pub(super) fn position_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedPositions(k, l) if k == j => l,
@@ -308,7 +312,8 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate of the log that holds the torque of joint j, and the factor that undoes a fault of this size.
+    /// Number of the coordinate whose column in the log contains the torque of joint j, and the factor on that column which
+    /// undoes a fault of this size.
     pub(super) fn torque_of(self, size: f64, j: usize) -> (usize, f64) {
         match self {
             Scale(k) if k == j => (j, 1.0 / (1.0 + size)),
@@ -320,30 +325,31 @@ impl Hypothesis {
     }
 }
 
-/// A solution at which further sums over its rows are computed.
+/// A solution of a fit, at which further sums over its rows are computed.
 #[derive(Clone, Copy)]
 pub struct FitPoint<'a> {
-    /// The parameters.
+    /// The fitted parameters.
     pub x: &'a [f64],
-    /// The weights of the joints.
+    /// The weights of the joints, one per coordinate.
     pub weights: &'a [f64],
-    /// Weights of rows by their residual, where they differ.
+    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
     pub robust: Option<&'a Robust>,
 }
 
-/// Undetermined properties of the mechanics that are not parameters.
+/// Unknown properties of the robot that are not parameters of the model.
 #[derive(Clone, Copy, Default)]
 pub struct UndeterminedMechanics<'a> {
-    /// The torques per radian of tilt about horizontal axes, with the number of the nearest axis of the base frame.
+    /// For each horizontal axis: the number of the nearest axis of the base frame, and the torques per radian of tilt about
+    /// the axis.
     pub tilts: &'a [(usize, Tilt<'a>)],
     /// The coordinates for which the options do not say whether they have a rotor.
     pub rotors: &'a [usize],
 }
 
-/// Torques at a position q per radian of tilt about one axis, N m/rad (N/rad), n numbers.
+/// Function from a position q to the torques per radian of tilt about one axis, N m/rad (N/rad), n numbers.
 pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// The hypotheses of a model that a fit can test with a column.
+/// Lists all hypotheses for a model that a fit can test with an additional column.
 pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
     let n = model.n();
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Zero);
@@ -357,7 +363,7 @@ pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis>
     faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
 }
 
-/// The columns of the hypotheses: torque per unit of each, sample by sample, n numbers each.
+/// The column h of each hypothesis: torques per unit of its size, sample by sample, n numbers per sample.
 pub(super) fn columns(
     model: &Model,
     states: &States,
@@ -366,7 +372,7 @@ pub(super) fn columns(
     open: UndeterminedMechanics,
 ) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
-    // Y(q) x at sample r; q differs from the logged one where a zero is moved.
+    // Torques Y(q) x at sample r. q differs from the logged position if a zero is moved.
     let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
         let at = r * n..(r + 1) * n;
         model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
@@ -414,8 +420,8 @@ pub(super) fn columns(
     columns
 }
 
-/// d tau_j/dt at sample r, from the samples before and after, N m/s (N/s). It is inaccurate where a long log was thinned:
-/// then the delay is not identifiable.
+/// Torque rate d tau_j/dt at sample r, from the samples before and after, N m/s (N/s). It is inaccurate if a long log was
+/// thinned: then the delay is not identifiable.
 fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let (before, behind) = (r.saturating_sub(1), (r + 1).min(states.len() - 1));
     let seconds = states.t[behind] - states.t[before];

@@ -4,10 +4,10 @@ use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
-/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it exceeds 1.96 sigma.
+/// Half width of a 95 % interval in standard deviations of a normal error. A value is significant if it exceeds 1.96 sigma.
 pub const INTERVAL: f64 = 1.96;
 
-/// One parameter.
+/// One identified parameter with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identified {
     /// Identity of the parameter.
@@ -15,50 +15,50 @@ pub struct Identified {
     pub id: ParameterId,
     /// SI unit of the value.
     pub unit: Unit,
-    /// `None` where the data do not determine it.
+    /// The identified value; `None` if the data do not determine it.
     pub value: Option<f64>,
-    /// Standard deviation for correlated residuals, in the unit of the value: the one to use.
+    /// Standard deviation that allows for correlated residuals, in the unit of the value: the one to use.
     pub sigma: Option<f64>,
-    /// Standard deviation for an exact model and white noise, too small for real robots.
+    /// Standard deviation for an exact model and white noise; too small for real robots. `None` if not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub white_sigma: Option<f64>,
-    /// 100 sigma / |value|, %.
+    /// Relative standard deviation 100 sigma / |value|, %; `None` if not finite.
     #[serde(rename = "relative_sigma_percent", alias = "relative_sigma")]
     pub relative_sigma: Option<f64>,
-    /// Whether the value can be used.
+    /// Whether the value can be used, and if not, why.
     pub status: Status,
-    /// The value that predicts torques for a parameter that is not identifiable.
+    /// For a parameter that is not identifiable: the value to use when torques are predicted.
     ///
-    /// It is the smallest of the many values with the same residual, and not a result. Predictions need it in the sums of
-    /// parameters that the data determine.
+    /// Many values have the same residual; this one has the smallest norm. It is not a result. Predictions need it because
+    /// it is part of sums of parameters that the data determine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub used_for_prediction: Option<f64>,
 }
 
-/// Whether a value can be used.
+/// Whether the value of a parameter can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Zero is outside its 95 % interval.
+    /// Significant: zero is outside the 95 % interval of the value.
     Identified,
-    /// Zero is within its 95 % interval.
+    /// Not significant: zero is within the 95 % interval of the value.
     NotSignificant,
-    /// Determined by so little motion that errors of the model, not noise, decide it.
+    /// Determined by so little motion that model errors, not noise, dominate its error.
     Weak,
     /// The data do not determine the parameter.
     NotIdentifiable,
-    /// Given beforehand and not estimated from data, such as the truth of a simulation.
+    /// The value is given and not estimated from data, such as the true value in a simulation.
     Given,
 }
 
-/// The standard deviations of a value.
+/// The standard deviations of the value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations {
-    /// The standard deviation for correlated residuals.
+    /// Standard deviation that allows for correlated residuals.
     pub sigma: f64,
-    /// The standard deviation for white noise, where known.
+    /// Standard deviation for white noise; `None` if unknown.
     pub white: Option<f64>,
-    /// Whether little motion decides the value.
+    /// Whether only little motion determines the value.
     pub weak: bool,
 }
 
@@ -70,7 +70,7 @@ impl Deviations {
 }
 
 impl Identified {
-    /// A value with its deviations, from which the relative deviation and the status follow.
+    /// A parameter with its value and standard deviations; relative standard deviation and status follow from these.
     pub fn new(id: ParameterId, unit: Unit, value: f64, deviations: Deviations) -> Identified {
         let relative = 100.0 * deviations.sigma / value.abs();
         let status = if value.abs() <= INTERVAL * deviations.sigma {
@@ -92,25 +92,25 @@ impl Identified {
         }
     }
 
-    /// A parameter that the data do not determine; `used_for_prediction` is its value among the others of a solution.
+    /// A parameter that the data do not determine. `used_for_prediction`: its value in one of the equivalent solutions.
     pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
         let (value, sigma, white_sigma, relative_sigma) = (None, None, None, None);
         let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// The value that predicts torques; 0 where there is none.
+    /// The value to use when torques are predicted; 0 if there is none.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
 
-    /// A value that is given, not estimated.
+    /// A parameter with a given value that is not estimated from data.
     pub fn given(id: ParameterId, unit: Unit, value: f64) -> Identified {
         let exact = Identified::new(id, unit, value, Deviations::white(0.0));
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
-    /// The parameter with another value and the same deviations; it stays not identifiable where it was.
+    /// The parameter with another value and unchanged standard deviations. If it was not identifiable, it remains so.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),
@@ -118,7 +118,7 @@ impl Identified {
         }
     }
 
-    /// The parameter with a standard deviation of at least `deviation`; unchanged where it is not identifiable.
+    /// The parameter with its standard deviation raised to at least `deviation`; unchanged if it is not identifiable.
     pub fn widened(self, deviation: f64) -> Identified {
         match (self.value, self.deviations()) {
             (Some(value), Some(found)) => {
@@ -129,14 +129,15 @@ impl Identified {
         }
     }
 
-    /// The parameter inflated as by [`Identified::widened`]; its former standard deviation becomes the one for white noise.
+    /// The parameter with its standard deviation raised by [`Identified::widened`]; the former one becomes the standard
+    /// deviation for white noise.
     pub(crate) fn widened_beyond_white(self, deviation: f64) -> Identified {
         let white = self.sigma;
         let wide = self.widened(deviation);
         Identified { white_sigma: white.filter(|_| wide.sigma.is_some()), ..wide }
     }
 
-    /// Its standard deviation, in the unit of the value; infinite where it has none.
+    /// The standard deviation, in the unit of the value; infinite if there is none.
     pub fn sigma_or_infinity(&self) -> f64 {
         self.sigma.unwrap_or(f64::INFINITY)
     }

@@ -1,7 +1,7 @@
-//! From logs to an estimate: the entry point.
+//! Identifies a robot from logs: the entry point that makes an estimate.
 //!
-//! `estimators::weighted` solves; `estimators::huber` iterates over the rows where robust weights are selected. The
-//! standard deviations, the errors of cross-validation and the remarks are added here.
+//! `estimators::weighted` solves the least-squares problem. If robust weights are selected, `estimators::huber` iterates
+//! over the rows. This module adds the standard deviations, the errors of cross-validation and the remarks.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -31,34 +31,34 @@ use crate::signals::records::Records;
 
 /// Identifies a robot from one log.
 ///
-/// Fails when the log does not fit the robot, the transmission or the signal options. A parameter that the data do not
-/// determine has the status not identifiable; this is not a failure.
+/// Fails if the log does not match the robot, the transmission or the signal options. It is no failure if the data do not
+/// determine a parameter: the parameter then has the status not identifiable.
 pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Estimate, Error> {
     identify_all(regressor, std::slice::from_ref(log), options)
 }
 
-/// Identifies a robot from several logs together.
+/// Identifies a robot from several logs in one fit.
 pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
     let fit = Fit::of(regressor, logs, options)?;
     Ok(fit.estimate)
 }
 
-/// The error where no joint has a row.
+/// The error message if no joint has a used row.
 pub const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or omit friction for torques of poses at rest";
 
-/// An estimate with the rows and the solution behind it.
+/// An estimate with the rows and the solution it was made from.
 pub struct Fit {
-    /// Values, intervals, residuals and remarks.
+    /// The estimate: parameters, standard deviations, residuals and remarks.
     pub estimate: Estimate,
-    /// The rows as triangles, by block of the record and by joint.
+    /// The rows, compressed to triangles (R of QR), one per block of the record and joint.
     pub observation: Observation,
-    /// The solution behind the values.
+    /// The least-squares solution.
     pub solution: Solution,
-    /// 1 / standard deviation of the residual, one per joint; ones for OLS.
+    /// Weights of the joints, one per joint: 1 / standard deviation of the residual; ones for ordinary least squares (OLS).
     pub weights: Vec<f64>,
-    /// Weights of rows by their residual, where they differ.
+    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
     pub robust: Option<Robust>,
-    /// The standard deviations of the values, by kind of error.
+    /// Standard deviations of the parameters, by kind of error.
     pub deviation: ReplicateDeviation,
 }
 
@@ -68,12 +68,12 @@ impl Fit {
         FitPoint { x: &self.solution.x, weights: &self.weights, robust: self.robust.as_ref() }
     }
 
-    /// The parameters and the weights of rows by their residual; `None` without robust weights.
+    /// The parameters and the robust weights of rows; `None` without robust weights.
     pub fn of_rows(&self) -> Option<(&[f64], &Robust)> {
         Some((&self.solution.x, self.robust.as_ref()?))
     }
 
-    /// A fit of logs in memory.
+    /// Fits logs in memory. Fails for the reasons of [`identify`].
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
         let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
@@ -84,9 +84,9 @@ impl Fit {
         Fit::of_records(regressor, records.as_slice(), names, options)
     }
 
-    /// A fit of records; `logs`: names of their logs.
+    /// Fits records. `logs`: names of the log files, for the estimate.
     ///
-    /// Fails when there is no record, or when one cannot be read.
+    /// Fails if no joint has a used row, or if a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,
@@ -98,9 +98,9 @@ impl Fit {
         Fit::of_observation(regressor, records, observation, logs, options)
     }
 
-    /// A fit of records and of their rows for the model of these options.
+    /// Fits records whose rows `observation` are already computed for the model of these options.
     ///
-    /// Fails as `of_records` does.
+    /// Fails if no joint has a used row, or if a record cannot be read.
     pub fn of_observation<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,
@@ -114,7 +114,7 @@ impl Fit {
             return Err(Error::new(NO_JOINT_MOVES));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        // Each loss, Huber's and then Tukey's, starts from the previous solution.
+        // Each loss function (Huber, then Tukey) starts from the previous solution.
         let mut by_rows: Option<Reweighted> = None;
         for &loss in options.weights.losses() {
             let start = by_rows.as_ref().map_or(&solution, |found| &found.solution);
@@ -125,7 +125,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        // Sums over residuals need the solution, hence one more pass over the records.
+        // Sums over residuals need the solution, so they take one more pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -157,17 +157,17 @@ impl Fit {
     }
 }
 
-/// Covariance sigma_i sigma_j rho_ij with given standard deviations, p x p, row by row.
+/// Covariance sigma_i sigma_j rho_ij with given standard deviations `sigma`, p x p, row by row.
 ///
-/// rho_ij = a_ij / sqrt(a_ii a_jj), where `a` is any multiple of the covariance for white noise. Zero where a_ii is
-/// zero.
+/// rho_ij = a_ij / sqrt(a_ii a_jj), where the matrix `a` is any multiple of the covariance for white noise. Entries with
+/// a_ii = 0 are zero.
 pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     let share = |c: usize| if a[(c, c)] > 0.0 { sigma[c] / a[(c, c)].sqrt() } else { 0.0 };
     let entry = |i: usize, j: usize| share(i) * share(j) * a[(i, j)];
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds the bandwidth of the joints, Hz, and the options with the cut-off that follows from it.
+/// Adds to the estimate the bandwidth of each joint, Hz, the cut-off, and the options with the cut-off that was used.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -181,14 +181,14 @@ pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &
     estimate.cutoff = Some(observation.cutoff).filter(|hz| *hz > 0.0);
 }
 
-/// A sentence on the share of rows beyond the bound of a loss.
+/// A sentence on the share of rows of each joint with residuals beyond the bound of a robust loss.
 fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
     let shares: Vec<String> = coordinates.iter().zip(&found.outliers).map(share).collect();
     format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
-/// A sentence on joints that do not count for the cut-off.
+/// A sentence on joints that are not used to choose the cut-off because they hardly move; `None` if all are used.
 fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
     match names.len() {
@@ -201,13 +201,13 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     }
 }
 
-/// A larger share of a joint's squared residual that another joint's motion explains gets a sentence. Measured robots with
-/// a known transmission stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
+/// If the motion of another joint explains a larger share than this of a joint's squared residual, a remark says it.
+/// Measured robots with a known transmission stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
-/// Smaller residuals, relative to the joint's torque, get no sentence.
+/// There is no remark on cross talk if the residual, relative to the joint's torque, is below this.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
-/// Sentences on joints whose residual another joint's motion explains.
+/// Sentences on joints whose residual is explained by the motion of another joint.
 fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let loud = talk
         .iter()
@@ -225,7 +225,8 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution: values, standard deviations `sigma` and for white noise, residuals and remarks.
+/// Makes an estimate from a solution: values, standard deviations (`sigma`, and those for white noise), residuals and
+/// remarks.
 pub fn report(
     model: &Model,
     joints: &[Triangle],
@@ -235,12 +236,13 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // A sigma above the largest torque counts as not identifiable: at a unit of motion it exceeds every torque of the log.
+    // A base parameter with a sigma above the largest torque is not identifiable: per unit of motion, its error exceeds
+    // every torque of the log.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value; its entry of x serves predictions.
+    // A parameter that the rows do not determine has no value. Its entry of x is kept for predictions only.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

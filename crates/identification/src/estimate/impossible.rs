@@ -1,7 +1,8 @@
-//! Negative base parameters that physically consistent bodies cannot have.
+//! Finds negative base parameters that no physically consistent bodies can have.
 //!
-//! X_k = sum over bodies of tr(A P) + sum over rotors of c IA, with the pseudo-inertia P >= 0 of a body and IA >= 0. Where every
-//! A is positive semidefinite and no c negative, X_k cannot be negative: an inertia of bodies together, a mass, a rotor.
+//! X_k = sum over bodies of tr(A P) + sum over rotors of c IA. P >= 0: pseudo-inertia of a body; IA >= 0: rotor inertia; A,
+//! c: coefficients of X_k. If every A is positive semidefinite and no c is negative, X_k cannot be negative. Examples: a
+//! mass, a rotor inertia, or the inertia of several bodies together.
 
 use linear_model::parameter::ParameterId;
 use linear_model::standard_map::StandardMap;
@@ -10,14 +11,15 @@ use nalgebra::Matrix4;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::significant;
 
-/// A parameter counts as negative below -4 sigma. With a dozen parameters near zero and normal errors, fewer than one of a
-/// thousand estimates has one below by chance.
+/// A parameter is significantly negative below -4 sigma. With a dozen parameters near zero and normal errors, fewer than one
+/// in a thousand estimates has such a parameter by chance.
 const NEGATIVE_SIGMAS: f64 = 4.0;
 
-/// A matrix counts as semidefinite where no eigenvalue is below minus this share of the largest entry: rounding of the map.
+/// A matrix counts as positive semidefinite if no eigenvalue is below minus this share of the largest entry. The tolerance
+/// allows for rounding of the map.
 const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
-/// Sentences on base parameters that are negative and cannot be.
+/// Sentences on base parameters that are significantly negative although no bodies can give a negative value.
 pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
     let base = estimate.parameters.iter().filter(|p| matches!(p.id, ParameterId::Base(_)));
     let found = base.take(map.matrix.nrows()).enumerate().filter_map(|(k, p)| {
@@ -38,7 +40,7 @@ fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
 }
 
-/// The matrix A of a body, from the coefficients of XX XY XZ YY YZ ZZ MX MY MZ M.
+/// The matrix A of a body, from the coefficients `c` of XX XY XZ YY YZ ZZ MX MY MZ M (indices 0 to 9).
 fn weights(c: impl Fn(usize) -> f64) -> Matrix4<f64> {
     let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
     let [xx, yy, zz, m] = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
@@ -73,13 +75,14 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // The eigenvector of the smallest eigenvalue gives the body with the smallest value; a random draw rarely hits it.
+            // The eigenvector of the smallest eigenvalue gives the body with the smallest value, which random bodies rarely
+            // have.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
             (cannot_be_negative(&map(c, 1.0), 0), least)
         };
-        // ZZ, a mass, ZZ about an axis one metre away, and combinations of Y moments with products.
+        // Tested: ZZ, a mass, ZZ about an axis one metre away, and a combination of moments and a product of inertia.
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);

@@ -1,19 +1,20 @@
-//! Friction terms chosen joint by joint, by cross-validation.
+//! Chooses friction terms of single joints by cross-validation.
 //!
-//! Terms of single joints are added to the terms of all joints, one by one: friction that grows with the load, Stribeck
-//! friction at 5 and 15 % of the joint's largest speed, viscous asymmetry, the root of the speed. Each tenth of the
-//! records is predicted from the others. With the weighted rows W_k and torques y_k of tenth k, and x_k from all other
-//! tenths,
+//! Terms of single joints are added one by one to the terms that all joints have. Candidates are friction that grows with
+//! the load, Stribeck friction that decays over 5 or 15 % of the joint's largest speed, viscous asymmetry, and friction by
+//! the root of the speed. Each tenth of the records is predicted from the other tenths. With the weighted rows W_k and
+//! torques y_k of tenth k, and the solution x_k of all other tenths, the squared error is
 //!
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
 //! ```
-//! the term with the smallest E is taken, as long as E falls by more than 1.5 %. Weights are by joint, so all joints
-//! have the same influence. The load is the torque that an earlier fit predicts for the bodies, so that the measured
-//! torque is on one side of the equation only.
+//! The term with the smallest E is added, as long as E decreases by more than 1.5 %. The weights by joint give all joints
+//! the same influence. The load is the torque that an earlier fit predicts for the bodies, so that the measured torque is on
+//! one side of the equation only.
 //!
-//! The records are read once: one triangle contains the rows of all candidates, and the products G_k = W_k' W_k give E
-//! for any set of columns. A candidate borders the Cholesky factor of the set, which costs the square of its size.
+//! The records are read once. Triangles (R of QR) contain the rows of all candidates, and the products G_k = W_k' W_k give E
+//! for any set of columns. For a candidate, one column is added to the Cholesky factor of the set, which costs the square of
+//! the set's size.
 
 use std::fmt;
 
@@ -30,43 +31,44 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
-/// Ratio of the errors with a term and without it, above which the term is not added.
+/// A term is added only if the ratio of the errors of cross-validation (with / without it) is below this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
-/// Shares of a joint's largest speed over which Stribeck friction decays.
+/// Stribeck friction decays over these shares of a joint's largest speed.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
-/// Friction is at most this share of the load: no gear dissipates more.
+/// Largest load-friction coefficient: no gear dissipates a larger share of its load.
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
-/// Regularisation of a parameter where a tenth is left out, as a share of its column's square, as in `held_out`.
+/// Regularisation of a parameter when a tenth is left out, as a share of the square of its column (as in `held_out`).
 const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
-/// Regularisation on the whole record, as a share of a column's square: undetermined parameters stay near zero.
+/// Regularisation for the whole record, as a share of the square of a column. It keeps undetermined parameters near zero.
 const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 
-/// A term that was taken, and the relative error with it.
+/// A friction term that was added, and the error with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TakenTerm {
-    /// The term.
+    /// The friction term.
     pub term: FrictionTerm,
-    /// E with this term and those before, over E without any.
+    /// E with this term and all terms added before it, over E without terms of single joints.
     pub ratio: f64,
 }
 
-/// The terms that were taken, in the order of their gain.
+/// The friction terms of single joints that were chosen, and the error without them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
-    /// E without terms of single joints, over the norm of the weighted torque.
+    /// Relative error of cross-validation without terms of single joints: E over the norm of the weighted torque.
     pub error: f64,
-    /// Terms of single joints.
+    /// The chosen terms, in the order in which they were added.
     pub taken: Vec<TakenTerm>,
 }
 
 impl JointTerms {
-    /// Whether one of them grows with the load.
+    /// Whether one of the added terms is friction that grows with the load.
     pub fn has_load(&self) -> bool {
         self.taken.iter().any(|taken| matches!(taken.term, FrictionTerm::At(_, JointTerm::Load)))
     }
 }
 
-/// The candidate terms of all joints that move; `speed`: the largest speed of each joint, rad/s (m/s).
+/// The candidate terms of all joints that move. `speed`: the largest speed of each joint, rad/s (m/s); 0 if a joint stands
+/// still.
 pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     let mut out = Vec::new();
     for (j, &fastest) in speed.iter().enumerate().filter(|(_, v)| **v > 0.0) {
@@ -79,10 +81,10 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses terms of single joints to add to `options.friction`, on records with predicted load. `other_columns`: the parameters
-/// of a fit without them, and the weights of rows by their residuals; equal weights where it is `None`.
+/// Chooses terms of single joints to add to `options.friction`, on records that contain the predicted load. `other_columns`:
+/// parameters of a fit without the candidates, and robust weights of its rows; `None` for equal weights.
 ///
-/// Fails where a record cannot be read.
+/// Fails if a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(
     regressor: &dyn Regressor,
     records: &R,
@@ -134,22 +136,23 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     Ok(found)
 }
 
-/// The column of candidate i in the model with all candidates.
+/// Index of the column of candidate i in the model with all candidates.
 fn place(wide: &Model, options: &Options, candidates: &[FrictionTerm], i: usize) -> usize {
     let FrictionTerm::At(number, _) = candidates[i] else { return 0 };
     let (base, j) = (wide.regressor.parameters().len(), number - 1);
     base + columns_before(wide.friction, j) + columns_of(&options.friction, j) + columns_of(&candidates[..i], j)
 }
 
-/// The effect of a candidate.
+/// The effect of adding one candidate term.
 struct CandidateEffect {
-    /// E^2 with it.
+    /// E^2 with the candidate.
     error: f64,
-    /// Its parameter, estimated from the whole record.
+    /// The parameter of the candidate, estimated from the whole record.
     value: f64,
 }
 
-/// Products of the weighted rows, with the right-hand side as last column, by tenth and in total. Columns have unit norm.
+/// Products [W y]' [W y] of the weighted rows W and torques y, per tenth of the record and for all. The columns of W have
+/// unit norm.
 struct Folds {
     tenths: Vec<DMatrix<f64>>,
     all: DMatrix<f64>,
@@ -187,7 +190,7 @@ impl Folds {
         self.all.diagonal().as_slice().last().copied().unwrap_or(0.0)
     }
 
-    /// E^2 of a set of columns; infinite where the normal equations cannot be solved.
+    /// E^2 of a set of columns; infinite if the normal equations cannot be solved.
     fn error(&self, set: &[usize]) -> f64 {
         let Some(whole) = Normal::new(&self.all, set, WHOLE_REGULARISATION_SHARE) else { return f64::INFINITY };
         let x = whole.solution(&DVector::zeros(set.len()));
@@ -198,7 +201,7 @@ impl Folds {
         self.tenths.iter().map(of_tenth).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
     }
 
-    /// The effect of adding each of `columns` to a set.
+    /// The effect of adding each of `columns` alone to a set. One effect per column.
     fn with_each(&self, set: &[usize], columns: &[usize]) -> Vec<CandidateEffect> {
         let last = self.all.nrows() - 1;
         let none = || CandidateEffect { error: f64::INFINITY, value: 0.0 };
@@ -224,7 +227,7 @@ impl Folds {
     }
 }
 
-/// |W x - y|^2 from the products of W and y.
+/// |W x - y|^2 for the columns in `set`, from the products of W and y.
 fn residual_square(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
     let last = products.nrows() - 1;
     let mut all = DVector::zeros(last + 1);
@@ -233,7 +236,7 @@ fn residual_square(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> 
     all.dot(&(products * &all)).max(0.0)
 }
 
-/// The regularised normal equations of a set of columns; `hold`: regularisation as a share of a column's square.
+/// The regularised normal equations of a set of columns. `hold`: regularisation as a share of the square of a column.
 struct Normal<'a> {
     products: DMatrix<f64>,
     set: &'a [usize],
@@ -242,7 +245,7 @@ struct Normal<'a> {
 }
 
 impl<'a> Normal<'a> {
-    /// `None` where the equations cannot be solved.
+    /// Sets up and factorises the equations; `None` if they cannot be solved.
     fn new(products: &DMatrix<f64>, set: &'a [usize], hold: f64) -> Option<Normal<'a>> {
         let entry = |i: usize, j: usize| {
             let held = if i == j { hold * products[(set[i], set[i])] + WHOLE_REGULARISATION_SHARE } else { 0.0 };
@@ -252,7 +255,7 @@ impl<'a> Normal<'a> {
         Some(Normal { products: products.clone(), set, hold, factor })
     }
 
-    /// The parameters, regularised towards `start`.
+    /// Solves for the parameters, regularised towards `start`.
     fn solution(&self, start: &DVector<f64>) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let right = |i: usize| {
@@ -262,8 +265,8 @@ impl<'a> Normal<'a> {
         self.factor.solve(&DVector::from_fn(self.set.len(), |i, _| right(i)))
     }
 
-    /// The parameters with column c added as the last; `alone`: parameters without it, `start`: the value towards which its
-    /// parameter is regularised. The bordered system costs one solution with the factor of the set.
+    /// Solves for the parameters with column c added as the last. `alone`: parameters without c; `start`: value towards
+    /// which the parameter of c is regularised. This costs one solution with the Cholesky factor of the set.
     fn bordered(&self, c: usize, alone: &DVector<f64>, start: f64) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let beside = DVector::from_fn(self.set.len(), |i, _| self.products[(self.set[i], c)]);
@@ -296,7 +299,7 @@ mod tests {
     use linear_model::regressor::predict_load;
     use random::Random;
 
-    /// Records of a pendulum whose friction is `friction(dq, load)`, with the load predicted by the truth.
+    /// The chosen terms for a pendulum with the friction `friction(dq, load)`. The load is predicted by the true parameters.
     fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {
         let arm = Pendulum::new();
         let mut states = arm.states(3000);
@@ -327,14 +330,14 @@ mod tests {
         assert_eq!(first(&|dq, _| 0.3 * dq + (0.5 + bump(dq)) * dq.signum()), at(JointTerm::Stribeck(slow)));
         assert_eq!(first(&|dq, _| 0.3 * dq + 0.2 * dq.abs()), at(JointTerm::ViscousAsymmetry));
         assert_eq!(first(&|dq, _| 0.3 * dq + dq.abs().sqrt() * dq.signum()), at(JointTerm::Root));
-        // Coefficients below 0, or above the largest of a gear, are rejected.
+        // Load coefficients below 0 or above `LARGEST_LOAD_COEFFICIENT` are rejected.
         for coefficient in [-0.1, 0.4] {
             let (terms, _) = found(|dq, load| 0.3 * dq + (5.0 + coefficient * load.abs()) * dq.signum());
             assert!(!terms.has_load(), "{terms}");
         }
     }
 
-    /// The error of a set, with a bordered column or without, equals the error of cross-validation by triangles.
+    /// The error E of a set, also with a column added, equals the error of cross-validation from triangles.
     #[test]
     fn products_give_the_error_of_cross_validation() {
         use crate::estimate::held_out::cross_validate;
@@ -355,7 +358,7 @@ mod tests {
         let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
         let expected = cross_validate(&model, &rows, Weights::Joint).total;
         let found = (direct / torque).sqrt() / weights[0];
-        // The regularisation differs there, hence the tolerance.
+        // The two methods regularise differently, hence the tolerance.
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
     }
 }

@@ -1,14 +1,14 @@
-//! Each of several logs, predicted by parameters from all others.
+//! Errors when each of several logs is predicted by parameters that are fitted to the other logs.
 //!
-//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i the parameters from all logs except
-//! i, and X_i the parameters from log i alone,
+//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i those from all logs except i, and X_i
+//! those from log i alone, the relative errors are
 //!
 //! ```text
 //! e(x) = |tau_i - W_i x| / |tau_i|
 //! error = e(X_-i)     by_parameters^2 = e(X_-i)^2 - e(X_i)^2     apart^2 = e(X)^2 - e(X_i)^2
 //! ```
-//! All are relative to the torque, without unit. The standard deviations of X_-i are inflated from white noise by the same
-//! factors as the standard deviations of X. They say which error of the prediction is no contradiction.
+//! All errors are relative to the torque and have no unit. The standard deviations of X_-i for white noise are multiplied by
+//! the same factors as the standard deviations of X. They show how large a prediction error may be without a contradiction.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
@@ -21,24 +21,26 @@ use crate::estimate::nominal_prediction::nominal_residuals;
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
-/// Relative errors |tau - W X| / |tau| on a log under parameters that were not fitted to it.
+/// Relative errors |tau - W X| / |tau| on one log, with parameters from the other logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLeftOut {
-    /// The number of the log, from 0.
+    /// Number of the log, from 0.
     pub log: usize,
-    /// Error e(X_-i) of parameters from all other logs.
+    /// Prediction error e(X_-i) with parameters from all other logs.
     pub error: f64,
-    /// The error that their standard deviations explain; infinite where the other logs have a lower rank than all logs.
+    /// The part of the error that the standard deviations of X_-i explain; infinite if the other logs determine fewer
+    /// parameters than all logs.
     pub unsure: f64,
-    /// The share of `error` that is due to the parameters.
+    /// The part of `error` that is due to the parameters: sqrt(e(X_-i)^2 - e(X_i)^2).
     pub by_parameters: f64,
-    /// The share of e(X) that parameters from this log alone would avoid.
+    /// The part of e(X) that parameters from this log alone would avoid: sqrt(e(X)^2 - e(X_i)^2).
     pub apart: f64,
-    /// Error of the nominal parameters with fitted friction; `None` where the description has no inertials.
+    /// Error of the nominal parameters with fitted friction; `None` if the description has no inertials.
     pub described: Option<f64>,
 }
 
-/// Errors with each log of a fit left out in turn; empty where there is one log. `nominal_prediction`: nominal base parameters.
+/// Computes the errors when each log of a fit is left out in turn; empty if there is only one log. `described`: nominal base
+/// parameters.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
     if logs.is_empty() {
@@ -46,7 +48,7 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
     }
     let (numbers, parts): (Vec<usize>, Vec<Vec<Triangle>>) = logs.into_iter().unzip();
     let wider: Vec<f64> = fitted.deviation.sigma().iter().zip(&fitted.deviation.white).map(|(s, w)| s / w).collect();
-    // Inflation sigma / white sigma is taken from the fit of all logs.
+    // The factors sigma / white sigma come from the fit of all logs.
     let rests = without_each(model, &parts, &fitted.weights);
     let one = |((log, joints), rest): ((usize, &Vec<Triangle>), Triangle)| {
         let solution = solve(&rest);
@@ -73,8 +75,8 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
 /// Largest number of logs that a sentence names.
 const MOST_NAMED_LOGS: usize = 8;
 
-/// A sentence on the error of each log, the worst first where not all are named; `logs`: their names. `None` where there is
-/// one log.
+/// A sentence with the prediction error of each log. If there are too many logs, only the worst are named. `logs`: names of
+/// the logs. `None` if there is only one log.
 pub fn sentence(left_out: &[LogLeftOut], logs: &[String]) -> Option<String> {
     let mut named: Vec<&LogLeftOut> = left_out.iter().collect();
     let which = match named.len() {
@@ -117,7 +119,7 @@ mod tests {
         let found = left_out(|_| ());
         assert_eq!(found.iter().map(|left| left.log).collect::<Vec<_>>(), [0, 1]);
         for left in &found {
-            // 0.01 N m of noise, a torque of about 5 N m, three parameters, a thousand rows.
+            // Noise 0.01 N m, torque about 5 N m, three parameters, a thousand rows.
             assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
             assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
         }
@@ -135,7 +137,8 @@ mod tests {
         assert!(many.contains("; the worst: 8.csv 9.00 %, 7.csv 8.00 %") && !many.contains(" 0.csv"), "{many}");
     }
 
-    /// Torques of one log are a tenth larger: each log is predicted with an error of a tenth, by parameters from both with half.
+    /// The torques of one log are 10 % too large. So each log is predicted with an error of 10 % by parameters from the
+    /// other, and of 5 % by parameters from both.
     #[test]
     fn logs_of_two_robots_are_apart() {
         for left in left_out(|states| states.tau.iter_mut().for_each(|tau| *tau *= 1.1)) {
@@ -143,7 +146,8 @@ mod tests {
         }
     }
 
-    /// A log of a robot at one pose determines one column: undetermined parameters are no contradiction.
+    /// A log of a robot that stands at one pose determines one column only. The undetermined parameters are no
+    /// contradiction.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {

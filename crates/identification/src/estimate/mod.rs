@@ -1,4 +1,4 @@
-//! From logs to an estimate: the solution with its standard deviations, errors of cross-validation and remarks.
+//! Makes an estimate from logs: the solution with its standard deviations, errors of cross-validation and remarks.
 
 pub mod artefact;
 pub mod autocorrelation;

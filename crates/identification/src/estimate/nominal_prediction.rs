@@ -1,7 +1,7 @@
-//! The residual of the nominal base parameters, with friction fitted to the log.
+//! The residual of the nominal base parameters when friction is fitted to the log.
 //!
-//! tau - Y X = F x_F. The parameters x_F of the columns F behind the base parameters (friction, couplings) are solved for,
-//! with the weights by joint of the fit. X keeps its nominal values.
+//! tau - Y X = F x_F, with the nominal base parameters X. The parameters x_F of the columns F after the base parameters
+//! (friction, couplings) are fitted, with the weights by joint of the fit.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
@@ -10,12 +10,14 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::held_out::residuals;
 use crate::estimate::residuals::Residuals;
 
-/// Residuals of the base parameters `nominal_prediction` with fitted friction, from triangles by joint; `weights` by joint.
+/// Residuals with the nominal base parameters `described` and fitted friction. `joints`: triangles (R of QR) of the rows,
+/// one per joint; `weights`: one per joint.
 pub fn nominal_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
     residuals(model, joints, &nominal_values(model, joints, weights, described))
 }
 
-/// Base parameters `nominal_prediction` and the friction with the smallest residual, a value for each column; `weights` by joint.
+/// The nominal base parameters `described`, followed by the fitted friction parameters with the smallest residual: one value
+/// per column of the model. `weights`: one per joint.
 pub fn nominal_values(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Vec<f64> {
     let (p, base) = (model.p(), described.len());
     let mut rest = TriangleBuilder::new(p - base);

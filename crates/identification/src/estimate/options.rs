@@ -1,4 +1,4 @@
-//! The options of an identification: the file of `--options`.
+//! The options of an identification, as in the file of `--options`.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -18,21 +18,22 @@ use crate::signals::transmission::Transmission;
 pub struct Options {
     /// Name of the robot, for the report.
     pub model: String,
-    /// Names of the columns of a log by signal.
+    /// Names of the columns of a log for each signal.
     pub columns: ColumnNames,
-    /// Units of a log whose headers name none. Reading moves them to `columns`.
+    /// Units of a log whose column headers contain no units. When options are read, they are moved to `columns`.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
-    /// Transmission between the log and the joints.
+    /// Transmission from the signals of the log to the joints.
     pub transmission: Transmission,
-    /// How signals become states.
+    /// How signals are filtered and differentiated to states (q, dq, ddq, tau).
     pub signal: Signal,
-    /// Friction columns of every joint.
+    /// Friction terms (columns of the regressor) that every joint has.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters of an earlier fit that predict the load of load-dependent friction; empty without such friction.
+    /// Base parameters of an earlier fit. They predict the load for friction that grows with the load; empty without such
+    /// friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction_load: Vec<f64>,
-    /// The weights of rows.
+    /// How the rows are weighted.
     pub weights: Weights,
     /// Whether the estimate contains its covariance.
     pub covariance: bool,
@@ -62,7 +63,7 @@ impl Options {
         Options::parse(&file, &text)
     }
 
-    /// Reads options from a text; `file`: its name in error messages.
+    /// Reads options from the YAML text `text`. `file`: its name in error messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
         let mut options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
         if !options.units.is_empty() {
@@ -80,14 +81,14 @@ impl Options {
         self.linear_model_with(regressor, &self.friction)
     }
 
-    /// The linear model of the torques with other friction than these options have.
+    /// The linear model of the torques with the given friction instead of that of the options.
     pub fn linear_model_with<'a>(&self, regressor: &'a dyn Regressor, friction: &'a [FrictionTerm]) -> Model<'a> {
         let Transmission { scales, springs, .. } = self.transmission.clone();
         let (scales, springs) = (scales.unwrap_or_default(), springs.unwrap_or_default());
         Model { scales, springs, ..Model::new(regressor, friction, &self.transmission.coupled()) }
     }
 
-    /// The preparation of a log. Rows at standstill are kept where no friction of the model is dry.
+    /// How a log is prepared with these options. Rows at standstill are kept if the model has no dry friction.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {

@@ -1,15 +1,15 @@
-//! The mean square error of parameters, from logs that were not fitted.
+//! Estimates the mean square error of identified parameters from logs that were not fitted.
 //!
-//! With x and C the parameters and their covariance, T_j and z_j the rows and torques of joint j in another log, s_j the rms
-//! residual there of the parameters fitted to that log, N m (N), and m how many correlated rows count as one,
+//! x, C: parameters and their covariance; T_j, z_j: rows and torques of joint j in another log; s_j: rms residual of joint
+//! j, N m (N), with parameters fitted to that log; m: number of correlated rows that count as one. Then
 //!
 //! ```text
 //! H = sum_j T_j'T_j / (m s_j^2)     g = sum_j T_j'(z_j - T_j x) / (m s_j^2)
 //! P = C (1 + H C)^-1                d = P g                     E = P + d d'
 //! ```
-//! x + d are the parameters estimated from both logs, with the covariance P. So E is the mean square error of x: the variance
-//! that both logs leave, and the square of the change by the other log. A log that x predicts well makes E smaller than C; a
-//! log that x predicts worse than C explains makes E larger.
+//! x + d are the parameters estimated from both data sets, with the covariance P. So E is the mean square error of x: the
+//! variance that remains, plus the square of the change d due to the other log. If x predicts the other log well, E is
+//! smaller than C. If x predicts it worse than C explains, E is larger.
 
 use linear_model::linear_model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -17,10 +17,11 @@ use numerics::triangle::Triangle;
 
 use crate::estimators::weighted::{Weights, fit};
 
-/// Smallest mean square residual over the mean square torque: rounding.
+/// Smallest ratio of squared residual to squared torque; a smaller one is rounding.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-18;
 
-/// E, p x p, row by row; `logs`: by log, the triangles of its joints; `discount`: m. `None` where 1 + H C is singular.
+/// Computes the matrix E, p x p, row by row. `logs`: for each log, the triangles of its joints; `discount`: m. `None` if 1 +
+/// H C is singular.
 pub fn mean_square_errors(
     model: &Model,
     x: &[f64],
@@ -39,7 +40,7 @@ pub fn mean_square_errors(
         let own = fit(joints, weights).0.x;
         for joint in joints.iter().filter(|joint| joint.rows > 0) {
             let (torque, left) = joint.squares(&own);
-            // m s_j^2, at least the rounding.
+            // The variance m s_j^2 of a row, at least that of rounding.
             let variance = discount * left.max(ROUNDING_SQUARE_SHARE * torque) / joint.rows as f64;
             if variance <= 0.0 {
                 continue;
@@ -52,7 +53,7 @@ pub fn mean_square_errors(
             slope += rows.transpose() * miss / variance;
         }
     }
-    // P = C (1 + H C)^-1, d = P g, E = P + d d'; P is made symmetric against rounding.
+    // P = C (1 + H C)^-1, d = P g, E = P + d d'. P is made symmetric, because rounding disturbs its symmetry.
     let inverse = (DMatrix::identity(p, p) + information * &correlation).lu().try_inverse()?;
     let posterior = correlation * inverse;
     let moved = &posterior * slope;
@@ -69,7 +70,7 @@ mod tests {
     use crate::test_arm::pendulum;
     use random::Random;
 
-    /// Another log of little noise finds the true errors of parameters that are wrong by two sigma, and of true ones. Without
+    /// Another log with little noise finds the errors of parameters that are wrong by two sigma, and of exact ones. Without
     /// another log E equals C.
     #[test]
     fn another_log_tells_the_error() {
@@ -88,7 +89,7 @@ mod tests {
             let x: Vec<f64> = arm.truth.iter().map(|x| x + off * sigma).collect();
             let found = of(&x, &[&log]);
             for c in 0..p {
-                // With noise of a thousandth, some hundred rows determine each parameter to a thousandth.
+                // With noise of 0.001, a few hundred rows determine each parameter to about 0.001.
                 assert!((found[c][c].sqrt() - off * sigma).abs() < 2e-3, "{off} {found:?}");
             }
         }

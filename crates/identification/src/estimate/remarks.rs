@@ -1,4 +1,5 @@
-//! Sentences on parameters that are not identifiable from the data, each with the motion that would identify them.
+//! Makes the remarks of an estimate: sentences on parameters that are not identifiable, with the joints that moved too
+//! little.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -7,18 +8,20 @@ use numerics::least_squares::Solution;
 
 use crate::rows::observation::Observation;
 
-/// A revolute joint with a smaller range of motion, rad, explains the large deviations of its parameters, unless it is fast.
+/// A range of motion of a revolute joint is short below this, rad. A short range explains large standard deviations of the
+/// parameters of the joint, unless it is fast.
 const SHORT_RANGE_RAD: f64 = 0.5;
-/// Smallest range of motion of a prismatic joint, m, as [`SHORT_RANGE_RAD`].
+/// A range of motion of a prismatic joint is short below this, m.
 const SHORT_RANGE_M: f64 = 0.05;
 
-/// A joint is slow up to this share of the speed of the fastest joint of its kind (revolute or prismatic).
+/// A joint is slow if its largest speed is at most this share of that of the fastest joint of its kind (revolute or
+/// prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
-/// A condition number of the scaled columns above this gets a sentence.
+/// There is a remark if the condition number of the scaled columns exceeds this.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// Entries of a unit direction below this are not named.
+/// A parameter is not named if its entry in a direction of unit norm is below this.
 const SMALLEST_NAMED_ENTRY: f64 = 0.05;
 /// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
@@ -26,7 +29,7 @@ const MAX_NAMED_MEMBERS: usize = 6;
 /// Two turns, rad. Few joints of arms turn farther; a larger angle is more often a column in degrees.
 pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
-/// Joints that hardly move: their range is small, and they are slow compared with the fastest joint of their kind.
+/// For each joint, whether it hardly moves: its range is short, and it is slow compared with the fastest joint of its kind.
 pub(crate) fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
@@ -45,15 +48,16 @@ fn unit(model: &Model, k: usize) -> &'static str {
     if model.regressor.is_prismatic(k) { "m" } else { "rad" }
 }
 
-/// Whether all joints of a parameter hardly move.
+/// Whether all joints that a parameter belongs to hardly move. `still`: for each joint, whether it hardly moves.
 pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// A body heavier or lighter than its nominal mass by this factor gets a sentence.
+/// There is a remark if a body is heavier or lighter than its nominal mass by this factor.
 const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
-/// A sentence on a body whose mass, kg, differs much from the nominal mass; `None` where it does not.
+/// A sentence on a body whose mass, kg, differs much from its nominal mass; `None` if it does not. `known`: the nominal
+/// body.
 pub fn exceeding_description((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     let (mass, given) = (body[9], known[9]);
     let ratio = mass / given;
@@ -65,7 +69,8 @@ pub fn exceeding_description((name, body): &(&str, Ten), known: &Ten) -> Option<
     })
 }
 
-/// Sentences on missing and on weak directions, on rows that were left out, and on the range of joints.
+/// Sentences on parameters and combinations that are not, or weakly, identifiable, on rows left out at rest, and on joint
+/// ranges.
 pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let mut out = alone(model, observation, solution);
     if solution.rank < model.p() {
@@ -79,7 +84,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     out
 }
 
-/// Sentences on parameters whose columns are zero in all rows.
+/// Sentences on parameters that are not identifiable because their columns are zero in all rows.
 fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let is_alone = |c: &usize| !solution.determined[*c] && solution.inverse[(*c, *c)] == 0.0;
     let sentence = |c: usize| {
@@ -89,7 +94,7 @@ fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<S
     (0..model.p()).filter(is_alone).map(sentence).collect()
 }
 
-/// Sentences on directions v with W v = 0, of more than one column.
+/// Sentences on combinations of several parameters that are not identifiable: directions v with W v = 0 (W: regressor).
 fn together(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let mut out = Vec::new();
     for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
@@ -108,7 +113,8 @@ fn together(model: &Model, observation: &Observation, solution: &Solution) -> Ve
     out
 }
 
-/// A sentence on the direction v of least |W v|, where the condition number is large.
+/// A sentence on the least identifiable combination of parameters (the direction v with the smallest |W v|); `None` if the
+/// condition number is small.
 fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Option<String> {
     let (ratio, direction) =
         solution.weak.first().filter(|_| solution.condition_number > REMARKABLE_CONDITION_NUMBER)?;
@@ -118,7 +124,7 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// A sentence on rows that were left out because the joint stands still.
+/// A sentence on rows that were left out because their joint stands still; `None` if no row was.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -127,7 +133,7 @@ fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     })
 }
 
-/// Sentences on angles beyond [`LARGEST_ARM_ANGLE_RAD`].
+/// Sentences on revolute joints with angles beyond [`LARGEST_ARM_ANGLE_RAD`].
 fn far(model: &Model, observation: &Observation) -> Vec<String> {
     let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
     let turning = coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k));
@@ -157,7 +163,7 @@ fn hardly_moving(model: &Model, observation: &Observation) -> Vec<String> {
     observation.range.iter().enumerate().filter(|(k, _)| still[*k]).map(sentence).collect()
 }
 
-/// The parameters with the largest entries of a direction, the largest first.
+/// Indices of the parameters with the largest entries of a direction, the largest first.
 fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
     let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > SMALLEST_NAMED_ENTRY).collect();
     members.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
@@ -170,7 +176,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// A clause with the joints of some parameters whose range of motion is small; empty where no range is.
+/// A clause on the joints of these parameters that have a short range of motion; empty if none has.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

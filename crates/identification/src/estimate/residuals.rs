@@ -1,10 +1,10 @@
-//! The residuals of a model by joint.
+//! The residuals of a model, for each joint and in total.
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total is over the rows of all joints. tau_j is the
-//! measured torque, also where the transmission removed springs and scales from it.
+//! For joint j: relative_j = |tau_j - W_j X| / |tau_j| over its rows. The total is over the rows of all joints. tau_j is the
+//! measured torque, even if the transmission removed springs and scales from it.
 //!
-//! N m and N are not added: with revolute and prismatic joints, the square of the total is the mean of the squares of both
-//! kinds, weighted by their rows.
+//! N m and N are not added: with revolute and prismatic joints, the square of the total is the mean of the squares of the
+//! two kinds of joints, weighted by their numbers of rows.
 
 use std::fmt;
 
@@ -20,22 +20,22 @@ use crate::estimators::weighted::relative;
 pub struct JointResidual {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Root mean square, in `unit`.
+    /// Root mean square of the residual, in `unit`.
     pub rms: f64,
-    /// N m, or N for a prismatic joint.
+    /// Unit of the torque: N m, or N for a prismatic joint.
     #[serde(default = "torque")]
     pub unit: Unit,
-    /// |tau_j - W_j X| / |tau_j|.
+    /// Relative residual |tau_j - W_j X| / |tau_j|.
     pub relative: f64,
-    /// Rows of the joint.
+    /// Number of rows of the joint.
     pub rows: usize,
-    /// `relative` on tenths of the record, each predicted from the others.
+    /// Relative error of cross-validation: each tenth of the record is predicted from the others. `None` if not computed.
     #[serde(default)]
     pub held_out: Option<f64>,
-    /// Frequency below which 95 % of the energy of the velocity lies, Hz.
+    /// Bandwidth: frequency, Hz, below which 95 % of the energy of the velocity lies; `None` if unknown.
     #[serde(default)]
     pub f95: Option<f64>,
-    /// Autocorrelation time of the residual, s (`estimate::autocorrelation`).
+    /// Autocorrelation time of the residual, s (`estimate::autocorrelation`); `None` if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory: Option<f64>,
 }
@@ -44,51 +44,51 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Sums of squares of the measured torque and of its residual, and the number of rows behind them.
+/// Sums of squares of the measured torque of one joint and of its residual, and the number of rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
-    /// |tau_j|^2, (N m)^2 or N^2.
+    /// Squared torque |tau_j|^2, (N m)^2 or N^2.
     pub torque: f64,
-    /// Squared residual |tau_j - W_j X|^2, in the same unit.
+    /// Squared residual |tau_j - W_j X|^2, (N m)^2 or N^2.
     pub residual: f64,
-    /// Rows of the joint.
+    /// Number of rows of the joint.
     pub rows: usize,
 }
 
 impl Squares {
-    /// Adds a row with this torque and residual, N m (N).
+    /// Adds one row with the torque `torque` and the residual `left`, N m (N).
     pub(crate) fn add(&mut self, torque: f64, left: f64) {
         self.torque += torque * torque;
         self.residual += left * left;
         self.rows += 1;
     }
 
-    /// The sums over these rows and other rows.
+    /// The sums over the rows of both `self` and `other`.
     pub(crate) fn with(self, other: &Squares) -> Squares {
         let Squares { torque, residual: left, rows } = *other;
         Squares { torque: self.torque + torque, residual: self.residual + left, rows: self.rows + rows }
     }
 
-    /// The squares of rows of joint j, from squares of torques without the scale of the joint.
+    /// The sums of squares of joint j, from sums `torque` and `left` (residual) in which the scale of the joint was removed.
     pub(crate) fn of(model: &Model, j: usize, rows: usize, torque: f64, left: f64) -> Squares {
         let square = model.scale(j).powi(2);
         Squares { torque: square * torque, residual: square * left, rows }
     }
 }
 
-/// Residuals of all joints.
+/// Residuals of all joints, and in total.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residuals {
-    /// One per coordinate.
+    /// Residual of each joint, one per coordinate.
     pub joints: Vec<JointResidual>,
-    /// |tau - W X| / |tau| over all joints, without a unit.
+    /// Relative residual |tau - W X| / |tau| over all joints, without a unit.
     pub total: f64,
-    /// The squares behind both, one per joint.
+    /// The sums of squares from which both were computed, one per joint.
     pub squares: Vec<Squares>,
 }
 
 impl Residuals {
-    /// Residuals from the squares of each coordinate of the regressor.
+    /// Computes the residuals from the sums of squares, one per coordinate of the regressor.
     pub fn new(regressor: &dyn Regressor, squares: Vec<Squares>) -> Residuals {
         let joint = |(j, s): (usize, &Squares)| JointResidual {
             coordinate: regressor.coordinates()[j].clone(),
@@ -105,7 +105,8 @@ impl Residuals {
     }
 }
 
-/// |tau - W X| / |tau| over joints of one unit; with two units, the root of the mean square of both, weighted by rows.
+/// Relative residual |tau - W X| / |tau| over joints of one unit. With both units: the root of the mean of the squares of
+/// the two relative residuals, weighted by rows.
 fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
     let of = |unit: Unit| {
         let own = joints.iter().zip(squares).filter(|(joint, _)| joint.unit == unit).map(|(_, squares)| squares);
@@ -130,7 +131,7 @@ impl fmt::Display for Residuals {
     }
 }
 
-/// Writes the table of joints; `held_out`: error of cross-validation over all joints, where known.
+/// Writes the table of residuals by joint. `held_out`: error of cross-validation over all joints, if known.
 pub(crate) fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],
@@ -141,7 +142,7 @@ pub(crate) fn write_residuals(
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
     let frequencies = joints.iter().any(|j| j.f95.is_some());
-    // A common unit is written in the head of the column, different units behind the numbers.
+    // A common unit is written in the head of the column; different units are written after the numbers.
     let head = joints.first().map_or(Unit::TORQUE, |j| j.unit);
     let mixed = joints.iter().any(|j| j.unit != head);
     let unit = |unit: Unit| if mixed { format!(" {unit:<3}") } else { String::new() };
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
 
-    /// The total does not depend on the unit of force: the force of a prismatic joint in mN gives the same total.
+    /// The total does not depend on the unit of force: if the force of a prismatic joint is in mN, the total is equal.
     #[test]
     fn the_total_has_no_unit() {
         let turns = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints.swap_remove(0);

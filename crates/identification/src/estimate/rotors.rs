@@ -1,6 +1,6 @@
 //! Cross-validation with and without the rotor inertias that a model lacks.
 //!
-//! The rows with the columns of rotors contain the rows without them, so one pass over the records gives both.
+//! The rows with rotor columns contain the rows without them, so one pass over the records is enough for both.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -19,15 +19,15 @@ pub struct WithRotors {
 }
 
 impl WithRotors {
-    /// Friction terms with rotor inertias added; `None` where the options have them already.
+    /// The friction terms of the options with rotor inertias added; `None` if the options contain these already.
     fn wider(options: &Options) -> Option<Vec<FrictionTerm>> {
         let is_there = options.friction.contains(&FrictionTerm::Rotor);
         (!is_there).then(|| options.friction.iter().copied().chain([FrictionTerm::Rotor]).collect())
     }
 
-    /// The rows of records with rotor columns; `None` where the model has these columns already.
+    /// Computes the rows of records with rotor columns; `None` if the model has these columns already.
     ///
-    /// Fails when there is no record, or when one cannot be read.
+    /// Fails if there is no record, or if one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,
@@ -38,10 +38,10 @@ impl WithRotors {
         Ok(Some(WithRotors { friction, observation }))
     }
 
-    /// Computes the rows in the pass over the records that `look` makes, as [`Observation::in_one_pass`]; `None`, without
-    /// a pass, where the model has the columns already.
+    /// Computes the rows during the pass over the records that `look` makes (see [`Observation::in_one_pass`]), and returns
+    /// the result of `look` too. `None`, without a pass, if the model has rotor columns already.
     ///
-    /// Fails where `look` fails.
+    /// Fails if a record cannot be read, or if `look` fails.
     pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
         regressor: &dyn Regressor,
         records: &R,
@@ -53,7 +53,7 @@ impl WithRotors {
         Ok(Some((found, rows.map(|observation| WithRotors { friction, observation }))))
     }
 
-    /// The rows without the added columns.
+    /// The rows without the added rotor columns.
     pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
@@ -62,7 +62,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Relative errors of cross-validation by tenths, without the added columns and with them.
+    /// Relative errors of cross-validation by tenths: (without, with) the added rotor columns.
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));

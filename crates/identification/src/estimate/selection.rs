@@ -1,7 +1,7 @@
-//! Choice of the friction model by cross-validation.
+//! Chooses the friction model by cross-validation.
 //!
-//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted from the others. The
-//! smallest model whose error is within 1 % of the smallest error is taken. More columns always reduce the residual of the
+//! Friction models are compared by blocked cross-validation: each tenth of the record is predicted from the others. The
+//! smallest model whose error is within 1 % of the smallest error is chosen. More columns always reduce the residual of the
 //! fit, but seldom the error of prediction.
 
 use std::fmt;
@@ -18,20 +18,20 @@ use crate::rows::observation::Observation;
 use crate::signals::preparation::Preparation;
 use crate::signals::records::Records;
 
-/// One friction model and its errors.
+/// A candidate friction model and its errors.
 #[derive(Clone, Debug)]
 pub struct FrictionCandidate {
-    /// Friction columns of every joint.
+    /// Friction terms that every joint has.
     pub terms: Vec<FrictionTerm>,
-    /// Number of columns of all joints.
+    /// Number of friction columns of all joints together.
     pub columns: usize,
-    /// |tau - W X| / |tau| on the rows it was fitted to.
+    /// Relative residual |tau - W X| / |tau| of the fit.
     pub fitted: f64,
-    /// Residuals on tenths of the record predicted from the others.
+    /// Residuals of cross-validation: each tenth of the record is predicted from the others.
     pub predicted: Residuals,
 }
 
-/// The candidates and the chosen one.
+/// The compared friction models and the index of the chosen one.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
     /// All candidates, in the order given.
@@ -40,15 +40,16 @@ pub struct FrictionSelection {
     pub chosen: usize,
 }
 
-/// Errors up to this ratio to the smallest error count as equal.
+/// Errors count as equal up to this ratio to the smallest error.
 const EQUIVALENT_ERROR_RATIO: f64 = 1.01;
 
-/// Speeds of smooth Coulomb and Stribeck friction, as shares of the speed of the fastest joint.
+/// Speed parameters of smooth Coulomb and Stribeck friction, as shares of the largest speed of the fastest joint.
 const FRICTION_SPEED_SHARES: [f64; 4] = [0.003, 0.01, 0.03, 0.1];
 
-/// The default candidates, with speeds as shares of `fastest`, the speed of the fastest joint, rad/s (m/s).
+/// The default candidate models. `fastest`: largest speed of the fastest joint, rad/s (m/s), from which the speed parameters
+/// follow.
 ///
-/// Load-dependent friction is not among them, because its column contains the torque to be predicted.
+/// Load-dependent friction is not a candidate here, because its column contains the torque to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
@@ -59,7 +60,7 @@ pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     out
 }
 
-/// The preparation of records that contain the signals for the columns of every candidate.
+/// How records are prepared, so that they contain the signals for the columns of every candidate.
 pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Preparation {
     let mut preparation = options.preparation();
     for &term in candidates.iter().flatten().filter(|term| term.is_bent()) {
@@ -70,9 +71,9 @@ pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Prepa
     preparation
 }
 
-/// Compares friction models on records that [`preparation`] made; other options come from `options`.
+/// Compares friction models on records that were made with [`preparation`]. Other options come from `options`.
 ///
-/// Fails when a record cannot be read, and without candidates.
+/// Fails if a record cannot be read, or if there are no candidates.
 pub fn select_friction<R: Records + ?Sized>(
     regressor: &dyn Regressor,
     records: &R,

@@ -1,11 +1,12 @@
-//! Outliers in time of the residual of a joint: a contact, a push, or another external force.
+//! Finds intervals in which the residual of a joint is an outlier: a contact, a push, or another external force.
 //!
-//! With e the residual of a joint and m its moving mean over `WINDOW_S`, the scale s of m is its median absolute value,
+//! e: residual of a joint; m: moving mean of e over `WINDOW_S`; s: robust standard deviation of m, from its median absolute
+//! value.
 //! ```text
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks stands out at every reversal. So a joint is named only where its residual stands out in a
-//! few intervals, and for a small share of the log.
+//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if its residual stands out
+//! in a few intervals, and for a small share of the log.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -15,23 +16,23 @@ use numerics::vector::dot;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// An interval in which the residual of a joint stands out.
+/// An interval in which the residual of a joint stands out (is an outlier).
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandingOut {
-    /// The coordinate.
+    /// Number of the coordinate.
     pub joint: usize,
-    /// Which of the logs, from 0.
+    /// Number of the log, from 0.
     pub log: usize,
     /// Start of the interval, s, by the clock of the log.
     pub from: f64,
     /// End of the interval, s, by the clock of the log.
     pub to: f64,
-    /// Largest |m| of the interval over the scale s.
+    /// Largest moving mean |m| of the residual in the interval, over its robust standard deviation s.
     pub ratio: f64,
 }
 
 impl StandingOut {
-    /// A sentence on the interval; `joint`: name of the joint, `log`: name of the log where there are several.
+    /// A sentence on the interval. `joint`: name of the joint; `log`: name of the log, if there are several.
     pub fn statement(&self, joint: &str, log: Option<&str>) -> String {
         let StandingOut { from, to, ratio, .. } = self;
         let of_log = log.map_or(String::new(), |log| format!(" of {log}"));
@@ -44,22 +45,23 @@ impl StandingOut {
 
 /// Length of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
-/// Least duration of a contact, s. The residual of a reversal stands out for the length of the window.
+/// Least duration of a contact, s. It exceeds the window, because the residual of a reversal stands out for the length of
+/// the window.
 const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
 /// Least number of samples in a window.
 const LEAST_WINDOW_SAMPLES: usize = 5;
-/// Least number of samples of a record, in half windows.
+/// Least length of a record, in half windows.
 const LEAST_RECORD_HALF_WINDOWS: usize = 20;
-/// A moving mean stands out beyond this many scales s. A normal variable does so once in 5e8 draws.
+/// A moving mean stands out beyond this many robust standard deviations. A normal variable does so once in 5e8 draws.
 const OUTLIER_SCALES: f64 = 6.0;
 /// Median absolute value of a standard normal variable.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
-/// Largest number of intervals; more of them are a defect of the model.
+/// Largest number of intervals per joint and record; more of them show a defect of the model.
 const MOST_INTERVALS: usize = 2;
-/// Largest total duration of the intervals, as a share of the log.
+/// Largest total duration of the intervals, as a share of the record.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 
-/// The intervals in which residuals of the parameters x stand out, the largest ratio first.
+/// Finds the intervals in which the residuals of the parameters x stand out, the largest ratio first.
 ///
 /// Fails when a record cannot be read.
 pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<StandingOut>, Error> {
@@ -88,8 +90,8 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
     Ok(found)
 }
 
-/// The intervals (from s, to s, ratio) in which the residual of one joint stands out in one record; empty where there are
-/// too many of them.
+/// The intervals (start in s, end in s, ratio) in which the residual of one joint stands out in one record; empty if there
+/// are too many.
 fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;

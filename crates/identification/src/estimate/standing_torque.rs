@@ -1,8 +1,8 @@
-//! Torques at rest, by which identified bodies are compared with the nominal bodies of the description.
+//! Compares identified bodies with the nominal bodies of the description by their torques at rest.
 //!
-//! A joint that slides along gravity carries the same weight everywhere. No motion separates that weight from an offset of
-//! the drive: the force at rest is identifiable, the mass is not. A file of bodies has no offset, so all of that force
-//! counts as weight there.
+//! A joint that slides along gravity carries the same weight in every pose. No motion separates that weight from an offset
+//! of the drive: the force at rest is identifiable, but the mass is not. A description of bodies has no offset, so it counts
+//! all of that force as weight.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
@@ -13,12 +13,12 @@ use crate::estimate::residuals::JointResidual;
 
 /// Number of poses at which torques are compared.
 const COMPARED_POSES: usize = 40;
-/// Rounding error of the entries of a row, as a share of its largest entry.
+/// Tolerance for rounding of the entries of a row, as a share of its largest entry.
 const ROW_ROUNDING_SHARE: f64 = 1e-9;
-/// Share of the torque at rest by which the error of the bodies may exceed the error of the description.
+/// The error of the bodies may exceed the error of the description by this share of the torque at rest.
 const TOLERATED_TORQUE_SHARE: f64 = 0.01;
 
-/// By coordinate, the rows of its torque at rest for the base parameters, at random poses within `range`, rad (m).
+/// Rows of the regressor at rest at random poses within `range`, rad (m): for each coordinate, one row per pose.
 fn rows_at_rest(regressor: &dyn Regressor, range: &[(f64, f64)]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let (mut random, rest, mut y) = (Random::new(9), vec![0.0; n], vec![0.0; n * p]);
@@ -31,7 +31,8 @@ fn rows_at_rest(regressor: &dyn Regressor, range: &[(f64, f64)]) -> Vec<Vec<Vec<
     rows
 }
 
-/// The joint whose offset a parameter is, where that joint slides and carries the same weight in every pose.
+/// The joint j if the parameter is the drive offset of j, and if j slides and carries the same weight in every pose;
+/// otherwise `None`.
 pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usize> {
     let is_offset =
         matches!(parameter.id, ParameterId::Friction(FrictionParameter::Offset, _)) && parameter.is_prismatic;
@@ -42,10 +43,11 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
     (largest > 0.0 && rows.iter().all(is_same)).then_some(joint)
 }
 
-/// Why bodies are not to be used; `None` where nothing speaks against them.
+/// A reason not to use the identified bodies; `None` if there is none.
 ///
-/// They are not, where the torque of a joint at rest differs from the fit `x` by more with the bodies than with the
-/// description, and by more than the rms residual of the fit. `range`: positions in the logs, rad (m); `left`: residuals.
+/// There is a reason if the torque of a joint at rest, compared with the fit `x`, has a larger error with the bodies than
+/// with the description, and larger than the rms residual of the fit. `range`: positions in the logs, rad (m); `left`:
+/// residuals.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],

@@ -1,22 +1,24 @@
-//! The error of the torques that an estimate predicts, from its covariance, for each use of torques.
+//! Computes the error of the torques that an estimate predicts, from its covariance, for each use of torques.
 //!
-//! At random states of a use, with y_j the row of joint j and C the covariance of the parameters,
+//! At random states of a use: y_j: row of joint j; x, C: parameters and their covariance; e_j, t_j: rms error and rms torque
+//! of joint j; e: relative error.
 //!
 //! ```text
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
-//! Both refer to the measured torque: t_j includes a known spring, and both are multiplied by a known scale.
+//! e_j and t_j refer to the measured torque: t_j includes a known spring, and both are multiplied by a known scale.
 //!
-//! N m and N are not added: for a robot with revolute and prismatic joints, e is the larger of the two errors.
+//! N m and N are not added: if a robot has revolute and prismatic joints, e is the larger of the errors of the two kinds.
 //!
 //! A motion that needs little torque has a larger relative error than the mean of all motions. So about twenty motions are
-//! drawn. The states of a motion lie within half of each joint's range, at a random place in it. The result is the
-//! 90 % quantile of e over the motions.
+//! drawn at random. Each covers half of each joint's range, at a random place. The result is the 90 % quantile of e over the
+//! motions.
 //!
-//! Gravity compensation needs gravity alone, at rest, without friction. Its error is compared with the larger of that
-//! torque and `GRAVITY_REFERENCE_SHARE` of the torque of motion, since gravity makes no torque about a vertical axis.
+//! Gravity compensation needs only the torques of gravity, at rest, without friction. Their error is compared with the
+//! larger of the gravity torque and `GRAVITY_REFERENCE_SHARE` of the torque of motion, since gravity makes no torque about a
+//! vertical axis.
 //!
-//! e_j, t_j: N m (N); e: relative. Not here: errors of the model, which no covariance contains.
+//! Units: e_j, t_j in N m (N). Errors of the model are not included, since no covariance contains them.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
@@ -26,20 +28,20 @@ use numerics::triangle::TriangleBuilder;
 use random::Random;
 use serde::{Deserialize, Serialize};
 
-/// What predicted torques are used for.
+/// A use of predicted torques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Use {
-    /// Torques that hold the robot at rest, at any position within its limits.
+    /// Gravity compensation: torques that hold the robot at rest, at any position within its limits.
     Gravity,
-    /// Motion at any position within its limits, up to the speeds of the logs.
+    /// Feedforward of motion at any position within the limits, up to the speeds of the logs.
     SpeedsSeen,
-    /// Motion at any position within its limits, up to its speed limits.
+    /// Feedforward of motion at any position within the limits, up to the speed limits of the robot.
     SpeedLimits,
 }
 
 impl Use {
-    /// All uses.
+    /// All uses of predicted torques.
     pub const ALL: [Use; 3] = [Use::Gravity, Use::SpeedsSeen, Use::SpeedLimits];
 
     /// Name of the use in reports.
@@ -63,86 +65,90 @@ pub struct MotionRange {
     pub acceleration: Vec<f64>,
 }
 
-/// The rms error and the rms torque of one joint.
+/// The rms error of the predicted torque of one joint, and the rms torque to compare it with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Root mean square of the error, N m (N).
+    /// Root mean square of the error, N m (N); infinite if the data do not determine the torque.
     pub error: f64,
-    /// Root mean square of the torque that it is compared with, N m (N).
+    /// Root mean square of the torque that the error is compared with, N m (N).
     pub torque: f64,
 }
 
 /// The error of predicted torques for one use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TorqueError {
-    /// The use.
+    /// The use of the torques.
     #[serde(rename = "use")]
     pub of: Use,
-    /// One per coordinate.
+    /// Error of each joint, one per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Relative error over all joints, 90 % quantile over motions; the larger of revolute and prismatic joints.
+    /// Relative error over all joints, 90 % quantile over motions; the larger one of revolute and prismatic joints.
     pub relative: f64,
-    /// Relative error at positions between the smallest and the largest of the logs. Present where the use needs positions
-    /// beyond, `relative` exceeds `SURE_TORQUE`, and this error is less than half of it.
+    /// Relative error at positions within the range of the logs. Present only if `relative`, for positions within the
+    /// limits, exceeds `SURE_TORQUE`, and this error is less than half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
 
-/// Relative error up to which a torque counts as accurate.
+/// A predicted torque counts as accurate up to this relative error.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
 
-/// Share of the torque of motion with which the error of gravity is compared, where gravity is smaller.
+/// The error of gravity torques is compared with at least this share of the torque of motion.
 const GRAVITY_REFERENCE_SHARE: f64 = 0.3;
 
-/// Largest number of states of a use.
+/// Largest number of random states for a use.
 const MOST_STATES: usize = 200;
-/// Largest number of products of an entry of C with two of a row; it limits the states where there are many parameters.
+/// Largest number of products of an entry of the covariance with two entries of a row. It limits the number of states if
+/// there are many parameters.
 const MOST_PRODUCTS: usize = 20_000_000;
-/// Smallest number of states of a use.
+/// Smallest number of random states for a use.
 const FEWEST_STATES: usize = 30;
-/// Number of states of one motion.
+/// Number of random states of one motion.
 const STATES_PER_MOTION: usize = 10;
 /// Share of each joint's range that one motion covers.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// A change shows in a torque where the sum of its terms exceeds this share of the sum of their magnitudes, and that sum
-/// this torque, N m (N); a smaller sum is rounding.
+/// A change of the parameters affects a torque if the sum of its terms exceeds this share of the sum of their magnitudes,
+/// and the latter sum exceeds this value in N m (N). Less is rounding.
 const SHOWN_SHARE: f64 = 1e-6;
-/// Quantile over motions of the relative error that is reported.
+/// The reported error is this quantile of the relative errors of the motions.
 const REPORTED_QUANTILE: f64 = 0.9;
-/// The error within the positions of the logs is reported where it is below this share of the error within the limits.
+/// The error within the positions of the logs is reported if it is below this share of the error within the limits.
 const NEAR_ERROR_SHARE: f64 = 0.5;
 
 impl TorqueError {
-    /// The joint with the largest error relative to its torque, and that relative error.
+    /// The name of the joint with the largest error relative to its torque, and that relative error.
     pub fn worst(&self) -> Option<(&str, f64)> {
         let known = self.joints.iter().filter(|j| j.torque > 0.0 && j.error.is_finite());
         let of = |j: &JointTorqueError| j.error / j.torque;
         known.max_by(|a, b| of(a).total_cmp(&of(b))).map(|j| (j.coordinate.as_str(), of(j)))
     }
 
-    /// The joints whose torque the data do not determine.
+    /// Names of the joints whose torque the data do not determine.
     pub(crate) fn undetermined_joints(&self) -> Vec<&str> {
         self.joints.iter().filter(|j| !j.error.is_finite()).map(|j| j.coordinate.as_str()).collect()
     }
 }
 
-/// The errors of parameters that count in the error of a torque.
+/// Errors of parameters that contribute to the error of a torque.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorContributions<'a> {
     /// Covariance C of the parameters, row by row.
     pub covariance: &'a [Vec<f64>],
-    /// Further possible changes of all parameters. For each torque the change counts that moves it most.
+    /// Further possible changes of all parameters, e.g. by faults. For each torque, the change with the largest effect is
+    /// added.
     pub changes: &'a [Vec<f64>],
-    /// The change of all parameters by each log. Their sum of squares counts for a torque where it exceeds the variance by C.
+    /// The change of all parameters by each log. For each torque, the sum of the squared effects replaces the variance by C
+    /// if it is larger.
     pub logs: &'a [Vec<f64>],
-    /// Changes of all parameters that the logs do not determine: a torque that shows one has an infinite error.
+    /// Changes of all parameters that the logs do not determine. If such a change affects a torque, the error of this torque
+    /// is infinite.
     pub open: &'a [Vec<f64>],
 }
 
-/// The error of predicted torques for every use. `unsure`: errors of the parameters `x` of the model; `seen`: ranges of
-/// the logs, `limits`: ranges of the robot.
+/// Computes the error of predicted torques for every use. `unsure`: errors of the parameters `x`; `seen`: ranges of the
+/// logs; `limits`: ranges of the robot.
 pub fn torque_errors(
     model: &Model,
     x: &[f64],
@@ -164,7 +170,7 @@ pub fn torque_errors(
     found.into_iter().enumerate().map(with_near).collect()
 }
 
-/// The error of each use, at positions and rates within `seen` and within `limits`.
+/// The error of each use. `seen`: range for gravity and for the speeds of the logs; `limits`: range for the speed limits.
 fn errors_within(
     model: &Model,
     x: &[f64],
@@ -183,8 +189,8 @@ fn errors_within(
     ]
 }
 
-/// The number of independent columns of the model at random states within `range`: the largest rank that a log can have.
-/// `x`: the base parameters that predict the load.
+/// Rank of the model at random states within `range`: the largest rank that a log can have. `x`: the base parameters that
+/// predict the load.
 pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     let p = model.p();
     let mut states = random_states(model, range, MOST_STATES.max(p), true);
@@ -194,7 +200,7 @@ pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     solve(&rows.finish()).rank
 }
 
-/// By motion, the sums e_j^2 and t_j^2 of each joint, (N m)^2 or N^2; `moves`: whether the states move, with friction.
+/// For each motion, (e_j^2, t_j^2) of each joint, (N m)^2 or N^2. `moves`: whether the states move, with friction.
 fn sums(
     model: &Model,
     x: &[f64],
@@ -215,7 +221,7 @@ fn sums(
                 row[base..].fill(0.0);
             }
             let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
-            // e_j^2 = y_j C y_j', over the entries that are not zero.
+            // e_j^2 = y_j C y_j', summed over the entries that are not zero.
             let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
             let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
             let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
@@ -225,7 +231,7 @@ fn sums(
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            // The measured torque has the scale and the spring that the transmission took out.
+            // The measured torque contains the scale and the spring that the transmission removed.
             let weight = model.scale(j).powi(2) / count as f64;
             let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
             sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);
@@ -235,14 +241,14 @@ fn sums(
     sums
 }
 
-/// The mean over motions of e_j^2 and t_j^2, by joint.
+/// The mean over motions of e_j^2 and t_j^2, for each joint.
 fn mean(motions: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
     let count = motions.len() as f64;
     let of = |k: usize| motions.iter().fold((0.0, 0.0), |sum, m| (sum.0 + m[k].0 / count, sum.1 + m[k].1 / count));
     (0..motions.first().map_or(0, Vec::len)).map(of).collect()
 }
 
-/// The error of a use from the sums of its motions.
+/// Computes the error of a use from the (e_j^2, t_j^2) of its motions.
 fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     let all = mean(motions);
     let named = model.regressor.coordinates().iter().zip(&all);
@@ -269,7 +275,7 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
     let mut random = Random::new(1995);
     let mut states = States { n, ..States::default() };
     let mut middle = vec![0.0; n];
-    // Positions lie within half of MOTION_RANGE_SHARE of each range around the middle of their motion.
+    // Positions of one motion lie around its middle, to each side by half of MOTION_RANGE_SHARE of the joint's range.
     for r in 0..count {
         states.t.push(r as f64);
         for k in 0..n {
@@ -348,8 +354,8 @@ mod tests {
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
     }
 
-    /// g (MX cos q - MY sin q) with MY unknown: the torque is accurate near q = 0, where the log was, and not elsewhere. No
-    /// second error is reported where the torque is as inaccurate near the log, or accurate everywhere.
+    /// tau = g (MX cos q - MY sin q) with MY unknown: the torque is accurate near q = 0, where the log was, but not
+    /// elsewhere. There is no second error if the torque is as inaccurate near the log, or accurate everywhere.
     #[test]
     fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
         let (arm, model) = pendulum();
@@ -361,7 +367,7 @@ mod tests {
         };
         let of_weak = of([0.0, 0.0, 3.0 * arm.truth[1]]);
         let near = of_weak.within_seen.unwrap();
-        // sin q is 0.03 in the mean at positions of the log, and some tenths at positions within the limits.
+        // |sin q| is about 0.03 at positions of the log, and several tenths at positions within the limits.
         assert!(of_weak.relative > 1.0 && near < 0.2, "{of_weak:?}");
         assert_eq!(of([0.0, 0.3 * arm.truth[1], 0.0]).within_seen, None);
         assert_eq!(of([0.0, 1e-3, 0.0]).within_seen, None);
@@ -418,8 +424,8 @@ mod tests {
         assert_eq!((model.p(), shown_rank(&model, &[1.0, 0.1], &range)), (5, 4));
     }
 
-    /// The large torque has an error of a tenth, the small one of 100 %, the force of 0.1 %. The force, a hundred times as
-    /// large in N, does not lower the error; the small torque hardly adds to it.
+    /// Errors: 10 % of the large torque, 100 % of the small torque, 0.1 % of the force. The force, a hundred times as large
+    /// in N, does not lower the relative error. The small torque hardly adds to it.
     #[test]
     fn torques_and_forces_are_not_added() {
         // tau_k = x_k ddq_k.

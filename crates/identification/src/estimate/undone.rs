@@ -1,10 +1,11 @@
-//! The options with which reading a log undoes faults, and their text.
+//! Finds options that undo faults of a log when it is read, and writes them as text.
 //!
 //! ```text
 //! q = R^-1 q_m + q_0        tau = R' tau_m / s
 //! ```
-//! A zero adds to q_0, rad (m), a wrong scale multiplies s; signs and exchanges change the names of columns. Faults are
-//! undone one after the other, as in `log_check::change`: a sign that changes after a zero also changes that zero.
+//! q_m, tau_m: logged positions and torques; R: matrix of the transmission. A zero offset adds to q_0, rad (m); a wrong
+//! scale multiplies s; signs and exchanges change the names of columns. Faults are undone one after the other, as in
+//! `log_check::change`: if a sign is changed after a zero, the sign of that zero changes too.
 
 use logs::{ColumnNames, NamePattern};
 
@@ -13,23 +14,24 @@ use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
 
-/// Numbers of an option are rounded to 1 over this: four decimals, of an angle a hundredth of a degree.
+/// Numbers of an option are rounded to multiples of the inverse of this: four decimals, for an angle about a hundredth of a
+/// degree.
 const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {
-    /// These options, changed so that they undo each change. `columns`: the columns from which the log was read; `turns`:
-    /// whether each coordinate is an angle.
+    /// Returns these options, changed so that they undo each of the changes. `columns`: the columns from which the log was
+    /// read; `turns`: whether each coordinate is an angle.
     ///
-    /// `None` where no option undoes one of the changes.
+    /// `None` if one of the changes cannot be undone by an option.
     pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, turns: &[bool]) -> Option<Options> {
         let mut options = self.clone();
         changes.iter().all(|change| options.undo(change, columns, turns)).then_some(options)
     }
 
-    /// Changes these options so that they undo one change; false where no option does.
+    /// Changes these options so that they undo one change. Returns false if no option undoes it.
     fn undo(&mut self, change: &Change, columns: &ColumnNames, turns: &[bool]) -> bool {
         let (Change { of, size }, n) = (*change, turns.len());
-        // Signs and exchanges: rename the columns of the signals that the fault is in.
+        // Signs and exchanges: the columns of the wrong signals are renamed.
         let (motion, effort) = signals(of);
         if motion.contains(&true) || effort {
             let named = &mut self.columns;
@@ -66,7 +68,8 @@ impl Options {
                 transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
-            // The unit option holds for all positions. A ratio holds for one joint; the scale removes it from the torque.
+            // The option for units applies to all positions. With prismatic joints, a ratio per angle is used instead; the
+            // scale removes this ratio from the torque.
             Degrees if turns.contains(&false) => {
                 let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
                 for list in [&mut transmission.ratios, &mut transmission.scales] {
@@ -86,12 +89,12 @@ impl Options {
         true
     }
 
-    /// The entries of these options that differ from `others`, as a remedy; `None` where none differs.
+    /// The entries of these options that differ from `others`, as text of a remedy; `None` if none differs.
     pub fn remedy_added_to(&self, others: &Options) -> Option<String> {
         self.differences_from(others).map(|said| format!("{OF_OPTIONS} {said}"))
     }
 
-    /// The entries of these options that differ from `others`, as text of a file of options; `None` where none differs.
+    /// The entries of these options that differ from `others`, as text of a file of options; `None` if none differs.
     fn differences_from(&self, others: &Options) -> Option<String> {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
@@ -150,7 +153,7 @@ impl Options {
     }
 }
 
-/// The columns that a fault concerns: position, velocity and acceleration; and the torque.
+/// The columns that a fault concerns: [position, velocity, acceleration], and the torque.
 fn signals(of: Hypothesis) -> ([bool; 3], bool) {
     match of {
         MotionSign(_) | SwappedMotions(..) => ([true; 3], false),
@@ -162,7 +165,7 @@ fn signals(of: Hypothesis) -> ([bool; 3], bool) {
     }
 }
 
-/// Exchanges the names of columns, or the sign of one.
+/// Exchanges two names of columns, or changes the sign of one column by a leading `-`.
 fn change_names(of: Hypothesis, names: &mut [String]) {
     match *of.joints().as_slice() {
         [k] => names[k] = names[k].strip_prefix('-').map_or_else(|| format!("-{}", names[k]), str::to_string),
@@ -171,7 +174,7 @@ fn change_names(of: Hypothesis, names: &mut [String]) {
     }
 }
 
-/// A text as an entry of a YAML list, quoted where necessary.
+/// Writes a text as an entry of a YAML list, quoted if necessary.
 fn scalar(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_./- ^".contains(c);
     let begins = text.trim_start_matches('-').starts_with(|c: char| c.is_alphabetic() || c == '_');

@@ -1,4 +1,4 @@
-//! The artefact of validation: errors of an estimate on motions that were not used for it.
+//! The artefact `Validation`: errors of an estimate on motions that were not used for it.
 
 use std::fmt;
 
@@ -16,23 +16,23 @@ use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residu
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
-    /// The model of the robot.
+    /// Name and fingerprint of the model of the robot.
     pub model: ModelReference,
-    /// The method of the predicting estimate, in words.
+    /// Method of the estimate that predicts the torques, in words.
     pub method: String,
-    /// Cut-off of the low-pass, Hz; `None` where there was none.
+    /// Cut-off of the low-pass filter, Hz; `None` if nothing was filtered.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub cutoff_hz: Option<f64>,
-    /// One per coordinate, over all motions.
+    /// Errors of each joint over all motions, one per coordinate.
     pub joints: Vec<JointValidation>,
     /// Relative error over all joints and motions.
     pub total: f64,
-    /// One per log, over all joints.
+    /// Errors of each motion over all joints, one per log.
     pub motions: Vec<MotionValidation>,
-    /// Torques over time of the first motion, one plot per joint.
+    /// Measured and predicted torques over time of the first motion, one plot per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
-    /// Whether the checksum of its file matches.
+    /// Whether the checksum in the file matches its text.
     #[serde(skip)]
     pub checksum: Checksum,
 }
@@ -42,17 +42,18 @@ pub struct Validation {
 pub struct JointValidation {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// |tau - tau_predicted| / |tau|.
+    /// Relative error |tau - tau_predicted| / |tau|.
     pub relative: f64,
-    /// Relative error without friction, where friction was fitted to these motions.
+    /// Relative error without friction, if friction was fitted to these motions; otherwise `None`.
     pub relative_rigid: Option<f64>,
     /// Root mean square of the residual, in `unit`.
     pub rms: f64,
-    /// N m, or N for a prismatic joint.
+    /// Unit of the torque: N m, or N for a prismatic joint.
     pub unit: Unit,
-    /// Share of autocorrelations outside the 95 % band of white noise, where computed.
+    /// Share of the autocorrelations of the residual that lie outside the 95 % band of white noise; `None` if not computed.
     pub not_white: Option<f64>,
-    /// FVP FSP FVN FSN, where friction was fitted to these motions; N m s/rad and N m.
+    /// Friction parameters FVP FSP FVN FSN (viscous and Coulomb friction, forward and backward), N m s/rad and N m, if
+    /// friction was fitted to these motions; otherwise empty.
     #[serde(default)]
     pub friction: Vec<f64>,
 }
@@ -60,30 +61,32 @@ pub struct JointValidation {
 /// Errors of one motion over all joints.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotionValidation {
-    /// The log, as the user named it.
+    /// Name of the log, as the user gave it.
     pub name: String,
-    /// |tau - tau_predicted| / |tau| over all joints.
+    /// Relative error |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// One per joint, where the motion was predicted with all parameters of the estimate, friction included.
+    /// Residual of each joint, if the motion was predicted with all parameters of the estimate including friction; otherwise
+    /// empty.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }
 
-/// The torques of one joint over time, for plots like figure 2 of the paper (`spectrum::paper`): s and N m (N).
+/// The torques of one joint over time, for plots like figure 2 of the paper (`spectrum::paper`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorquePicture {
     /// Name of the coordinate.
     pub coordinate: String,
     /// Times of the samples, s.
     pub t: Vec<f64>,
-    /// Measured torque, N m (N), filtered.
+    /// Measured torque after the low-pass filter, N m (N), one per time.
     pub measured: Vec<f64>,
-    /// Predicted torque, N m (N).
+    /// Predicted torque, N m (N), one per time.
     pub predicted: Vec<f64>,
 }
 
 impl Validation {
-    /// The validation on logs (name, residuals) that an estimate from samples predicts with its own friction.
+    /// Makes the validation of an estimate from samples, which predicts logs with its own friction. `logs`: name and
+    /// residuals of each.
     pub fn of_logs(
         model: ModelReference,
         method: &str,
@@ -91,7 +94,7 @@ impl Validation {
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
-        // Over all logs the sums of squares of a joint add; relative errors do not.
+        // The sums of squares of a joint are added over all logs, since relative errors cannot be added.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
@@ -125,12 +128,12 @@ impl Validation {
         }
     }
 
-    /// The text of validation.yaml.
+    /// Writes the validation as the text of validation.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         artefact::write(ArtefactKind::Validation, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads validation.yaml. Fails with the line that is not part of a validation.
+    /// Reads a validation from the text of validation.yaml. Fails if a line does not belong to a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
         let validation: Validation =
             artefact::read(ArtefactKind::Validation, text).map_err(|e| Error::at(file, 0, e))?;

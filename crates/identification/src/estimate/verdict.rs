@@ -1,7 +1,7 @@
 //! The verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
 //!
-//! All statements are claims ([`crate::estimate::claims`]). The trust for a use follows from the worst claim that the use
-//! needs (`claims::worst`). The overall trust is the lowest of all uses.
+//! All statements are claims ([`crate::estimate::claims`]). The trust for a use follows from the worst of the claims that
+//! the use needs (`claims::worst`). The overall trust is the lowest trust of all uses.
 
 use std::fmt;
 
@@ -26,91 +26,93 @@ use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;
 
-/// The verdict, the last lines of a report.
+/// The verdict: the last lines of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The lowest trust of all uses of torques.
     pub trust: Trust,
-    /// A sentence on the result, compared with the error of the description.
+    /// A sentence on the number of significant parameters, and on the residual compared with that of the description.
     pub found: String,
-    /// The reasons, the most important first.
+    /// The reasons for the trust, the most important first.
     pub reasons: Vec<String>,
-    /// The next step.
+    /// The next step for the user, in words.
     pub next: String,
-    /// The trust for each use of torques, and for bodies where requested.
+    /// The trust for each use of torques, then for bodies if requested.
     pub uses: Vec<UseVerdict>,
-    /// All claims.
+    /// All claims, the weakest level of evidence first.
     pub claims: Vec<Claim>,
 }
 
 /// The trust in an estimate for one use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UseVerdict {
-    /// The use: `gravity compensation`.
+    /// Name of the use, e.g. `gravity compensation`.
     pub name: String,
-    /// Yes, with care, or no.
+    /// The trust: yes, with care, or no.
     pub trust: Trust,
-    /// Relative error of the torque by the covariance; `None` where unknown.
+    /// Relative error of the torque in this use, from the covariance; `None` if unknown.
     pub error: Option<f64>,
-    /// The joint with the largest relative error of its torque, and that error.
+    /// The joint with the largest relative error of its torque, and that error; `None` if unknown.
     pub worst_joint: Option<(String, f64)>,
 }
 
-/// The physically consistent bodies, compared with the description.
+/// Evidence on physically consistent bodies, compared with the description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodiesEvidence {
-    /// Reason not to use them; `None` where the solver found them and they fit.
+    /// Reason not to use the bodies; `None` if the solver found them and they fit the data.
     pub refusal: Option<String>,
-    /// For each body with a nominal mass: its name, identified over nominal mass, and nominal mass, kg.
+    /// For each body with a nominal mass: (name, identified / nominal mass, nominal mass in kg).
     pub masses: Vec<(String, f64, f64)>,
-    /// A sentence where the description is nearer to the log at rest; `None` where it is not.
+    /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if it does not.
     pub at_rest: Option<String>,
-    /// The joints whose offset counts as weight.
+    /// Names of the joints for which the drive offset is counted as weight.
     pub weighed: Vec<String>,
 }
 
-/// The evidence for a verdict.
+/// The evidence from which a verdict follows.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
-    /// The parameters, their statuses and conditioning.
+    /// The estimate: parameters with their statuses, residuals, condition number.
     pub estimate: &'a Estimate,
-    /// The log check of the fitted logs, or of the validated logs.
+    /// The log check of the fitted logs (or of the validated logs); `None` if not made.
     pub log_check: Option<&'a LogCheck>,
-    /// |tau - W X| / |tau| of the description with fitted friction, on the logs of `total`.
+    /// Relative error |tau - W X| / |tau| of the nominal parameters with fitted friction, on the logs of `total`; `None`
+    /// without inertials.
     pub described: Option<f64>,
-    /// The nominal base parameters.
+    /// The nominal base parameters; `None` if the description has no inertials.
     pub nominal_parameters: Option<&'a [f64]>,
-    /// |tau - W X| / |tau| of the identified parameters, on the fitted or on the validated logs.
+    /// Relative error |tau - W X| / |tau| of the identified parameters, on the fitted or on the validated logs.
     pub total: Option<f64>,
-    /// Whether `total` is the error on the fitted logs.
+    /// Whether `total` is the error on the fitted logs, not on validated logs.
     pub is_of_fit: bool,
-    /// Errors on motion that was not fitted.
+    /// Errors of prediction on motion that was not fitted.
     pub prediction: Prediction,
-    /// The physically consistent bodies, where requested.
+    /// Evidence on physically consistent bodies; `None` if not requested.
     pub bodies: Option<&'a BodiesEvidence>,
-    /// Whether the parameters that the logs do not determine are not identifiable in any motion.
+    /// Whether no motion at all can identify the parameters that the logs do not determine.
     pub opens_in_any_motion: bool,
-    /// Corrections that were made by default.
+    /// Claims on corrections that were made by default.
     pub mended: &'a [Claim],
-    /// Tested hypotheses: the share of the residual that each additional unknown explains.
+    /// Results of tested hypotheses (faults, rotors): the effect of each as one additional unknown.
     pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are wrong by one factor where their median ratio exceeds this and the other ratios are near the median.
+/// All masses are wrong by one factor if their median ratio (identified / nominal) exceeds this, or is below its inverse,
+/// and all ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
-/// Ratios of masses within this factor of their median are near it.
+/// A ratio of masses is near the median if it is within this factor.
 const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
-/// Least number of masses for a common factor.
+/// Least number of masses to detect a common factor.
 const LEAST_MASSES: usize = 3;
 
-/// Identified over nominal mass, outside of which a body is not written.
+/// A body is plausible if the ratio identified / nominal mass is in this range. Otherwise it is not written.
 const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-/// Changes of a mass up to this share of the mass of the robot are ignored.
+/// A change of a mass is ignored up to this share of the mass of the robot.
 const SMALL_MASS_SHARE: f64 = 0.02;
 
 impl Verdict {
-    /// The verdict from the evidence.
+    /// Derives the verdict from the evidence.
     pub fn of(evidence: &Evidence) -> Verdict {
         let claims = claims(evidence);
         let torque = Use::ALL.into_iter().map(|of| (torque_purpose(of), Some(of)));
@@ -127,7 +129,7 @@ impl Verdict {
         };
         let mut uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
         let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
-        // A simulator makes any motion, so the trust in bodies is at most the trust in torques.
+        // A simulator may make any motion, so the trust in bodies is at most the trust in torques.
         uses.iter_mut().skip(Use::ALL.len()).for_each(|bodies| bodies.trust = bodies.trust.min(trust));
         let lowered: Vec<&Claim> = claims
             .iter()
@@ -140,7 +142,7 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // The residual of the fit is no reason in a validation of other logs.
+        // In a validation of other logs, the residual of the fit is not a reason.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
         let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
@@ -149,7 +151,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for a use, by its name; empty where there are none.
+    /// The reasons that lower the trust for the use with this name; empty if there are none.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -160,7 +162,7 @@ impl Verdict {
         })
     }
 
-    /// The trust in bodies, and the reasons against writing them; the overall trust where no bodies were requested.
+    /// The trust in bodies (or the overall trust if no bodies were requested), and the reasons against writing them.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
         let lowered = lowering(&self.claims, &bodies_purpose());
@@ -169,7 +171,7 @@ impl Verdict {
     }
 }
 
-/// All claims, the weakest level of evidence first.
+/// Collects all claims from the evidence, the weakest level of evidence first.
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
@@ -195,7 +197,7 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// A claim reduced to the joints where no other claim agrees on the topic; `None` where none is left.
+/// Removes from a claim the joints for which another claim says that the topic agrees; `None` if no joint remains.
 fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     let subject = claim.subject();
     if claim.standing() == EvidenceLevel::Refused || subject.of.is_empty() {
@@ -209,7 +211,7 @@ fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
-/// The claims against the bodies.
+/// The claims on the bodies, mostly reasons against using them.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
     let against = |topic: Topic, fault: String, advice: &str| {
@@ -219,7 +221,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A factor of all masses is an error of a unit or a gain. A single mass counts where it is not small.
+    // A common factor of all masses is an error of a unit or a gain. A single mass is a fault if it is not small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -256,7 +258,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// The reason of a claim that lowers trust, as a sentence.
+/// A sentence with the reason why a claim lowers the trust.
 pub fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
@@ -270,7 +272,7 @@ pub fn sentence(claim: &Claim) -> String {
     }
 }
 
-/// The remedy of a claim that lowers trust; empty where it has none.
+/// The remedy of a claim that lowers the trust; empty if there is none.
 pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
@@ -279,7 +281,8 @@ pub fn what_mends(claim: &Claim) -> String {
     }
 }
 
-/// The common factor of all masses relative to the description; `None` where they have none.
+/// The common factor of all masses relative to the description; `None` if there is none. `ratios`: identified / nominal
+/// mass.
 fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -289,13 +292,13 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     (sorted.len() >= LEAST_MASSES && is_off && together).then_some(middle)
 }
 
-/// A sentence on the weakest combination of parameters that the data do not determine; `None` where there is none.
+/// A sentence on the weakest combination of parameters that the data do not determine; `None` if there is none.
 fn inseparable_parameters(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())
 }
 
-/// Reasons for the answer yes: errors of prediction and of torques, chi^2, condition number.
+/// Reasons for the trust "yes": errors of prediction and of torques, chi^2, condition number.
 fn favours(evidence: &Evidence) -> Vec<String> {
     let (estimate, prediction) = (evidence.estimate, &evidence.prediction);
     let mut reasons = Vec::new();
@@ -347,7 +350,7 @@ fn found(evidence: &Evidence) -> String {
     }
 }
 
-/// The next step with an estimate whose torques are trusted for every use; `bodies`: their verdict, where requested.
+/// The next step with an estimate that is trusted for every use of torques. `bodies`: verdict on the bodies, if requested.
 fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     let steps = match bodies.map(|bodies| bodies.trust) {
         _ if evidence.estimate.options.is_none() => "[:report] draws it, [:feedforward] tries it",
@@ -358,18 +361,18 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics that the table, the reasons and the remarks cover.
+/// Topics that are not listed as claims, because the table, the reasons and the remarks report them.
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
-/// Writes the claims without contradictions, one line each, and an empty line after them.
+/// Writes the claims that are not contradicted, one per line, then an empty line.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
     if lines.is_empty() { Ok(()) } else { writeln!(f) }
 }
 
-/// A claim in one line.
+/// Writes a claim in one line.
 pub fn claim_line(claim: &Claim) -> String {
     let subject = claim.subject();
     match claim.outcome() {
@@ -380,7 +383,7 @@ pub fn claim_line(claim: &Claim) -> String {
     }
 }
 
-/// A joint with a larger relative error of its torque is named.
+/// A joint is named if the relative error of its torque exceeds this.
 const NAMED_JOINT_ERROR: f64 = 0.02;
 
 impl fmt::Display for Verdict {

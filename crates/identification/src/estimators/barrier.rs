@@ -3,63 +3,67 @@
 //! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
 //!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
 //!
-//! y: bodies P_j and rotors y_k relative to their references, and friction y_i. Each Newton step has a line search that
-//! stays in the cone.
+//! A, z: the weighted data. y: the bodies P_j and rotor inertias y_k relative to their references, and the friction y_i with its
+//! standard deviation sd_i. gamma: weight of the barrier, gamma_0: full weight of the prior. Each Newton step has a line search
+//! that stays in the cone.
 //!
-//! Suboptimality bound: by how much 1/2 chi^2 of a solution y can exceed 1/2 chi^2 of any other x. chi^2 is convex, and
-//! the gradient of the objective is zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
+//! Suboptimality bound: by how much 1/2 chi^2 of a solution y can exceed 1/2 chi^2 of any other x. It holds because chi^2 is
+//! convex and the gradient of the objective is zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
 //! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2], evaluated for every x up to `LARGEST_BOUNDED_RATIO` times as large. A and
 //! the references are defined in `consistent`.
 //!
-//! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
-//! rounding of the three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
+//! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. If the torques are a thousand times larger than their
+//! noise, the rounding of these three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
-/// How the iteration ended.
+/// The state in which the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BarrierStatus {
-    /// The gradient vanished at the smallest barrier.
+    /// The gradient vanished at the smallest weight of the barrier.
     Converged,
     /// The gradient did not vanish: the line search found no descent because of rounding, or the step limit was reached.
     Stalled,
 }
 
-/// Newton's method stops when half the squared decrement is below this, nats.
+/// Newton's method stops if half the squared Newton decrement is below this, nats.
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// Squared decrement over gamma below which y is near the solution, since the objective over gamma is self-concordant.
+/// If the squared decrement divided by gamma is below this, y is near the solution, because the objective divided by gamma is
+/// self-concordant.
 const NEAR_DECREMENT: f64 = 0.1;
-/// Near the solution a Newton step reduces the squared decrement below this share; otherwise the Hessian is inaccurate.
+/// Near the solution each Newton step must reduce the squared decrement to this share or less. If not, the Hessian is
+/// inaccurate.
 const LARGEST_DECREMENT_RATIO: f64 = 0.25;
-/// Armijo condition of the line search: least decrease of the objective per squared decrement and step length.
+/// Armijo condition of the line search: least decrease of the objective, relative to squared decrement times step length.
 const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
-/// Where no descent is found, a smaller squared decrement relative to the objective still counts as converged.
+/// If no descent is found, the iteration still counts as converged if the squared decrement relative to the objective is below
+/// this.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
-/// Ridges of the unit-diagonal Hessian, tried in this order.
+/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until it is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The bound on chi^2 covers traces up to this many times the traces of the solution, and friction up to this many
-/// standard deviations.
+/// The suboptimality bound covers traces up to this many times the traces of the solution, and friction up to this many standard
+/// deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
-/// The problem in scaled variables.
+/// The minimisation problem in the scaled variables y.
 pub(crate) struct Problem {
-    /// A, z and A'A of the data in scaled variables.
+    /// A, z and A'A of the data, in scaled variables.
     pub rows: DMatrix<f64>,
     pub right: DVector<f64>,
     pub hessian: DMatrix<f64>,
-    /// Scaled column and standard deviation of each friction parameter with a prior.
+    /// Column and scaled standard deviation of each friction parameter with a prior.
     pub friction: Vec<(usize, f64)>,
-    /// Nats per unit of divergence at the full weight of the prior.
+    /// gamma_0: nats per unit of divergence at the full weight of the prior.
     pub gamma: f64,
-    /// First scaled column of each body, and the columns of the rotors.
+    /// First column of each body, and the columns of the rotors.
     pub bodies: Vec<usize>,
     pub rotors: Vec<usize>,
     pub units: [Matrix4<f64>; 10],
@@ -71,8 +75,8 @@ impl Problem {
         (4 * self.bodies.len() + self.rotors.len()) as f64
     }
 
-    /// Suboptimality bound, nats: the largest excess of 1/2 chi^2 of the solution for a share of the prior over 1/2 chi^2
-    /// of any x up to `LARGEST_BOUNDED_RATIO` times as large. See the module.
+    /// Suboptimality bound, nats: how much larger 1/2 chi^2 of the solution y can be than 1/2 chi^2 of any x up to
+    /// `LARGEST_BOUNDED_RATIO` times as large. `share`: weight of the prior at y relative to its full weight. See the module.
     pub(crate) fn suboptimality_bound(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
@@ -81,7 +85,7 @@ impl Problem {
         share * (self.gamma * (self.barriers() + (LARGEST_BOUNDED_RATIO - 1.0) * size) + pull)
     }
 
-    /// The weight w of the friction's prior at a gamma: proportional to gamma, at most 1.
+    /// The weight w of the prior of friction at this gamma: proportional to gamma, at most 1.
     fn friction_weight(&self, gamma: f64) -> f64 {
         (gamma / self.gamma).min(1.0)
     }
@@ -95,7 +99,7 @@ impl Problem {
         (0..10).fold(Matrix4::zeros(), |sum, i| sum + self.units[i] * y[first + i])
     }
 
-    /// The objective, nats; `None` outside the cone.
+    /// The objective at y, nats. `None` if y is outside the cone of consistent bodies.
     fn value(&self, y: &DVector<f64>, gamma: f64) -> Option<f64> {
         let mut value = self.quadratic(y);
         value +=
@@ -140,11 +144,11 @@ impl Problem {
         Some((g, h))
     }
 
-    /// A gamma at which y is near the solution: `least` times 1, 10, 100, ..
+    /// A gamma at which y is near the solution: the first of `least` times 1, 10, 100, .. that is large enough.
     ///
-    /// The objective over gamma is self-concordant, so Newton's method decreases it by a fixed amount per step until the
-    /// decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps.
-    /// [Boyd, Vandenberghe 2004, 9.6.4]
+    /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases it by a fixed amount until
+    /// the decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps. [Boyd, Vandenberghe 2004,
+    /// 9.6.4]
     pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
@@ -154,17 +158,17 @@ impl Problem {
         gammas.find(|&gamma| decrement(gamma).is_none_or(|d| d <= 1.0)).unwrap_or(least)
     }
 
-    /// Newton steps at one gamma, in place; the number of steps and how they ended.
+    /// Runs Newton's method at one gamma and changes y in place. Returns the number of steps and how they ended.
     ///
-    /// The direction comes from the Hessian. Where it gives no descent, or converges too slowly, A'A exceeds the precision of
-    /// doubles compared with the barrier, and the direction comes from the rows (QR).
+    /// The direction comes from the Hessian. If this gives no descent or converges too slowly, A'A is too ill-conditioned
+    /// compared with the barrier, and the direction comes from the rows (QR).
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
         let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
-        // `is_right`: whether the Hessian is accurate, judged by quadratic convergence near the solution.
+        // `is_right`: whether the Hessian is accurate enough; judged by quadratic convergence near the solution.
         let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, BarrierStatus::Stalled) };
-            // A decrease below the rounding of the objective cannot be detected.
+            // A decrease of the objective below its rounding cannot be detected.
             let tolerance = (2.0 * DECREMENT_TOLERANCE_NATS).max(self.rounding(y, gamma));
             let by_hessian = is_right.then(|| solve_scaled(h, &g)).flatten();
             let by_hessian = by_hessian.map(|direction| (g.dot(&direction), direction));
@@ -197,7 +201,7 @@ impl Problem {
         (MAX_NEWTON_STEPS, BarrierStatus::Stalled)
     }
 
-    /// Squared decrement and direction by the Hessian, and by the rows.
+    /// Squared Newton decrement and direction: from the Hessian, and from the rows.
     #[cfg(test)]
     pub(crate) fn directions(&self, y: &DVector<f64>, gamma: f64) -> ((f64, DVector<f64>), (f64, DVector<f64>)) {
         let (g, h) = self.derivatives(y, gamma).expect("y is in the cone");
@@ -205,8 +209,8 @@ impl Problem {
         ((g.dot(&direction), direction), self.direction_by_rows(y, gamma).expect("y is in the cone"))
     }
 
-    /// The point after a step that is halved until the objective decreases enough, and the objective there; `None` where no
-    /// step does.
+    /// Line search: the point after a step that is halved until the objective decreases enough, and the objective there. `None`
+    /// if no step is sufficient.
     fn down(
         &self,
         y: &DVector<f64>,
@@ -224,7 +228,7 @@ impl Problem {
         })
     }
 
-    /// The rounding error of the objective, nats: of the residual, whose terms cancel, and of the logarithms.
+    /// The rounding error of the objective, nats: the rounding of the residual, whose terms cancel, and of the logarithms.
     fn rounding(&self, y: &DVector<f64>, gamma: f64) -> f64 {
         let terms = self.rows.abs() * y.abs() + self.right.abs();
         let residual = (&self.rows * y - &self.right).abs();
@@ -232,19 +236,19 @@ impl Problem {
         f64::EPSILON * (2.0 * residual.dot(&terms) + gamma * (traces + 10.0 * self.barriers()))
     }
 
-    /// The squared Newton decrement and the Newton direction d by QR: the Hessian is M'M and the gradient M'r, so min |M d -
-    /// r| gives d without squaring the condition number of A.
+    /// The squared Newton decrement and the Newton direction d by QR. The Hessian is M'M and the gradient M'r, so min |M d - r|
+    /// gives d without squaring the condition number of A.
     ///
     /// ```text
     /// M = A,  r = A y - z;   of a body P = L L': vec(L^-1 U_i L^-T), vec(L'L - 1);   of a rotor: 1 / y, y - 1
     /// ```
-    /// Rows of bodies and rotors are multiplied by sqrt(gamma). A symmetric matrix counts as its ten entries, with the
-    /// off-diagonal ones multiplied by sqrt(2).
+    /// The rows of bodies and rotors are multiplied by sqrt(gamma). Each symmetric matrix is written as ten entries; entries off
+    /// the diagonal are multiplied by sqrt(2).
     fn direction_by_rows(&self, y: &DVector<f64>, gamma: f64) -> Option<(f64, DVector<f64>)> {
         let (data, n) = self.rows.shape();
         let count = data + 10 * self.bodies.len() + self.rotors.len() + self.friction.len();
         let (mut m, mut r) = (DMatrix::zeros(count.max(n), n), DVector::zeros(count.max(n)));
-        // M'M = H, M'r = g: rows of data, bodies, rotors and friction.
+        // M and r with M'M = H and M'r = g. Order of the rows: data, bodies, rotors, friction.
         m.rows_mut(0, data).copy_from(&self.rows);
         r.rows_mut(0, data).copy_from(&(&self.rows * y - &self.right));
         let (mut at, root) = (data, gamma.sqrt());
@@ -267,7 +271,7 @@ impl Problem {
             (m[(at, c)], r[at]) = (weight, weight * y[c]);
             at += 1;
         }
-        // Columns of unit norm, then d = R^-1 Q'r and the squared decrement |Q'r|^2.
+        // The columns are scaled to unit norm. Then d = R^-1 Q'r, and the squared decrement is |Q'r|^2.
         let scale = DVector::from_iterator(n, m.column_iter().map(|c| 1.0 / c.norm().max(f64::MIN_POSITIVE)));
         for (mut column, scale) in m.column_iter_mut().zip(&scale) {
             column *= *scale;
@@ -280,21 +284,22 @@ impl Problem {
     }
 }
 
-/// The ten entries of a symmetric matrix, weighted so that their norm is the Frobenius norm of the matrix.
+/// The ten entries of a symmetric matrix. Entries off the diagonal are multiplied by sqrt(2), so that the norm is the Frobenius
+/// norm of the matrix.
 fn entries(m: &Matrix4<f64>) -> DVector<f64> {
     let weight = |i: usize, k: usize| if i == k { 1.0 } else { std::f64::consts::SQRT_2 };
     DVector::from_iterator(10, (0..4).flat_map(|i| (i..4).map(move |k| (i, k))).map(|(i, k)| weight(i, k) * m[(i, k)]))
 }
 
-/// Largest factor between two gammas of the path.
+/// Largest factor between two successive gammas of the central path.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Factor between two gammas below which the path is abandoned.
+/// If the factor between two gammas falls below this, following the path has failed.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
-/// After a round with fewer Newton steps than this, the factor between gammas grows again.
+/// If a round needs fewer Newton steps than this, the factor between gammas grows again.
 const MANY_NEWTON_STEPS: usize = 20;
 
-/// The central path: the solution as a function of gamma.
+/// The central path: the solution y as a function of gamma.
 pub(crate) struct CentralPath<'a> {
     problem: &'a Problem,
     /// The solution at `gamma`.
@@ -306,16 +311,16 @@ pub(crate) struct CentralPath<'a> {
 }
 
 impl CentralPath<'_> {
-    /// Starts near the solution at `gamma`.
+    /// Starts the path with Newton steps from y, which must be near the solution at `gamma`.
     pub(crate) fn new(problem: &Problem, mut y: DVector<f64>, gamma: f64) -> CentralPath<'_> {
         let (steps, _) = problem.newton(&mut y, gamma);
         CentralPath { problem, y, gamma, factor: LARGEST_GAMMA_FACTOR, steps }
     }
 
-    /// Follows the path to the solution at a lower gamma; false where no step succeeds, and `y` is then the last solution.
+    /// Follows the path to the solution at a lower gamma. Returns false if no step succeeds; `y` is then the last solution.
     ///
-    /// A round with too many steps had too large a factor between gammas: bodies far from their reference grow along the
-    /// path, and Newton's method makes short steps along the boundary of the cone. The round is repeated with the root of
+    /// A round with too many Newton steps had too large a factor between gammas: bodies far from their reference grow along the
+    /// path, and Newton's method makes short steps along the boundary of the cone. The round is then repeated with the root of
     /// the factor.
     pub(crate) fn follow(&mut self, gamma: f64) -> bool {
         while self.gamma > gamma {
@@ -336,8 +341,8 @@ impl CentralPath<'_> {
     }
 }
 
-/// H^-1 g with H scaled to a unit diagonal, and with a ridge at the level of rounding where needed; `None` where H is not
-/// positive definite with any of them.
+/// Solves H x = g, with H scaled to a unit diagonal and, if needed, with a ridge at the level of rounding. `None` if H is not
+/// positive definite with any of the ridges.
 fn solve_scaled(h: DMatrix<f64>, g: &DVector<f64>) -> Option<DVector<f64>> {
     let d = h.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
     let n = h.nrows();

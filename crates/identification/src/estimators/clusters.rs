@@ -1,34 +1,36 @@
-//! The change of the parameters by an error that a cluster of rows shares: the basis of all cluster-robust deviations.
+//! The change of the parameters by an error that is common to a cluster of rows. All cluster-robust standard deviations are
+//! computed from it.
 //!
-//! With A = W'W of all weighted rows, and A_g, W_g' e_g of the rows of cluster g,
+//! W: all weighted rows, A = W'W. W_g, e_g: rows and residuals of cluster g, A_g = W_g' W_g. Then
 //!   S_g = (A - k A_g)^-1 W_g' e_g
-//! is the change of x - X by the error of that cluster. With k = 1 the cluster is left out: x - S_g is the fit without
-//! it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k corrects only partly for the error that the
-//! fit has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
+//! is the part of the error x - X of the estimate x that comes from the error of cluster g. With k = 1 the cluster is left out:
+//! x - S_g is the fit without it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k corrects only partly for
+//! the error that the fit has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
 //!
-//! | module | clusters | k |
+//! | module | clusters | k (share of A_g that is subtracted) |
 //! |---|---|---|
 //! | `replicate_deviation`, `drive_gains::replicates` | blocks of a record; bands of speed and of position | 19/20; 1/2 |
-//! | `block_deviation` | logs, or blocks of one | 1 |
+//! | `block_deviation` | logs, or blocks of a single log | 1 |
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// A - k A_g counts as rounding below this share of the diagonal of A.
+/// If A - k A_g is below this share of the diagonal of A, it counts as rounding.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
-/// Rows that share one error.
+/// A cluster: rows that have a common error.
 pub struct Cluster {
-    /// The columns that are not zero in these rows.
+    /// The columns that have non-zero entries in these rows.
     columns: Vec<usize>,
-    /// A_g and W_g' e_g of these columns.
+    /// A_g = W_g' W_g and W_g' e_g, for these columns only.
     gram: DMatrix<f64>,
     score: DVector<f64>,
 }
 
 impl Cluster {
-    /// The cluster of the rows behind a triangle with right-hand side z: R'R and R'(z - R x).
+    /// The cluster of all rows of a triangle with R and right-hand side z: A_g = R'R, and W_g' e_g = R'(z - R x) at the solution
+    /// x.
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
@@ -36,7 +38,7 @@ impl Cluster {
         Cluster { columns: (0..p).collect(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
     }
 
-    /// The union of clusters as one cluster, for p unknowns.
+    /// Joins clusters to one cluster, for p parameters.
     pub fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
         let (mut gram, mut score) = (DMatrix::<f64>::zeros(p, p), DVector::<f64>::zeros(p));
         for cluster in clusters {
@@ -48,9 +50,10 @@ impl Cluster {
         Cluster { columns: (0..p).collect(), gram, score }
     }
 
-    /// A cluster of rows with these m columns only, from the products of the columns and of the residual as last column.
+    /// Makes a cluster from the sums of products of its rows. `columns`: the m non-zero columns; the residual is the last
+    /// column.
     ///
-    /// Product (i, j), i <= j, is at index j (m + 1) + i.
+    /// The product of columns i <= j is at index j (m + 1) + i.
     pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
         let m = columns.len();
         let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
@@ -59,7 +62,7 @@ impl Cluster {
 }
 
 impl Cluster {
-    /// A_g and W_g' e_g.
+    /// A_g and W_g' e_g of the cluster.
     pub fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
         (&self.gram, &self.score)
     }
@@ -70,21 +73,21 @@ fn upper(rows: &Triangle) -> DMatrix<f64> {
     DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })
 }
 
-/// A of all rows, its columns scaled to unit norm.
+/// The normal matrix A of all rows, with the columns of W scaled to unit norm.
 pub struct FullNormalMatrix {
     scale: Vec<f64>,
     gram: DMatrix<f64>,
 }
 
 impl FullNormalMatrix {
-    /// A of the rows behind a triangle.
+    /// The matrix A of all rows of a triangle.
     pub fn of(rows: &Triangle) -> FullNormalMatrix {
         let r = upper(rows);
         let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
         FullNormalMatrix::scaled(r.tr_mul(&r), norms.collect())
     }
 
-    /// A of clusters that together contain all rows.
+    /// The matrix A from clusters that together contain all rows.
     pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> FullNormalMatrix {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
@@ -97,7 +100,8 @@ impl FullNormalMatrix {
         FullNormalMatrix { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
     }
 
-    /// A - k A_g with the ridge `held` on its scaled diagonal, factored; `None` where it is not positive definite or has NaN.
+    /// The Cholesky factor of A - k A_g, or of A if `out` is `None`, with the ridge `held` on the scaled diagonal. `None` if it
+    /// is not positive definite or has NaN.
     fn without(&self, out: Option<(&Cluster, f64)>, held: f64) -> Option<Cholesky<f64, Dyn>> {
         let mut left = self.gram.clone();
         if let Some((cluster, share)) = out {
@@ -107,12 +111,13 @@ impl FullNormalMatrix {
                 }
             }
         }
-        // A parameter with a column of zeros keeps its value.
+        // A parameter with a zero column gets a unit diagonal, so that its change is 0.
         (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
         left.cholesky()
     }
 
-    /// S_g of a cluster with k = `share`; `None` where A - k A_g is not positive definite.
+    /// The change S_g of the parameters by a cluster, with k = `share` and the ridge `held`. `None` if A - k A_g is not positive
+    /// definite.
     pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
@@ -122,7 +127,7 @@ impl FullNormalMatrix {
         Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
     }
 
-    /// sum_g S_g^2 by parameter; a cluster without S_g adds nothing.
+    /// The variance sum_g S_g^2 of each parameter. A cluster for which S_g does not exist adds nothing.
     pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
@@ -131,7 +136,7 @@ impl FullNormalMatrix {
         variance
     }
 
-    /// Leverage of each cluster on each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters must have all columns.
+    /// Partial leverage of each cluster on each parameter c, (A^-1 A_g A^-1)_cc / (A^-1)_cc. Each cluster must have all columns.
     pub fn information_shares<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());

@@ -3,21 +3,21 @@
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
-//! R, z: the whitened triangle; X = B phi the base parameters of the standard ones; f friction. The last term is the
-//! entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park 2020]. It regularises undetermined
-//! parameters. Its logarithm is also the barrier that keeps every P_j > 0, so the problem stays convex and unconstrained
-//! inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood, so that the solution
-//! equals least squares wherever least squares is consistent.
+//! R, z: the whitened triangle; phi: standard parameters; X = B phi: base parameters; f: friction; P_j: pseudo-inertia of body
+//! j, P0_j: its reference. The last term is the entropic (log-determinant) divergence from the reference bodies [Lee, Wensing,
+//! Park 2020]. It regularises parameters that the data do not determine. Its logarithm is also the barrier that keeps every
+//! P_j > 0, so the problem is convex and unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth of a
+//! unit of log-likelihood: the solution then equals least squares if least squares is consistent.
 //!
-//! The prior biases the solution, so chi^2 exceeds the minimum over bodies. Where the reference is far from the data, the
-//! excess is larger than the cost of the logarithms alone. So the problem is solved for decreasing weights of the prior and
-//! of the bounds on friction, down to a millionth, and further until `Problem::suboptimality_bound` is small. The solution is
-//! the one with the largest weight, at most one, whose chi^2/2 is within gamma (4 bodies + rotors) of the last one. So a
+//! The prior biases the solution, so chi^2 exceeds the minimum over bodies. If the reference is far from the data, the excess is
+//! larger than the cost of the logarithms alone. Therefore the problem is solved for decreasing weights of the prior and of the
+//! bounds on friction, down to a millionth, and further until `Problem::suboptimality_bound` is small. The result is the
+//! solution with the largest weight, at most one, whose chi^2/2 is within gamma (4 bodies + rotors) of the last solution. So a
 //! reference that contradicts the data loses its weight.
 //!
-//! s >= 1 discounts the data, because residuals are correlated in time. sd_i bounds friction that the motion does not
-//! show. Newton's method with line search solves the problem. gamma starts where the reference alone decides, and is
-//! lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
+//! s >= 1 discounts the data, because residuals are correlated in time. sd_i bounds friction that the motion does not identify.
+//! The problem is solved by Newton's method with line search. gamma is decreased from a value at which the reference dominates.
+//! Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
 use linear_model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
 use linear_model::standard_map::StandardMap;
@@ -26,66 +26,67 @@ use numerics::triangle::Triangle;
 
 use crate::estimators::barrier::{BarrierStatus, CentralPath, Problem};
 
-/// The prior of the solution.
+/// The prior knowledge of bodies and friction.
 #[derive(Clone, Debug)]
 pub struct Prior {
-    /// Reference bodies in the order of the map; `None`: a ball of `scale`.
+    /// The reference of each body, in the order of the map. `None`: a ball of mass `scale`.
     pub bodies: Vec<Option<Ten>>,
     /// Mass of the ball (radius of gyration 0.1 m) that replaces unknown bodies, kg.
     pub scale: f64,
-    /// Nats per unit of divergence.
+    /// Weight of the divergence from the references: nats per unit of divergence.
     pub gamma: f64,
-    /// Discount of the data: ratio of the variance for correlated residuals to the variance for white ones.
+    /// Discount s of the data: ratio of the variance of a parameter with correlated residuals to the variance with white
+    /// residuals.
     pub discount: f64,
-    /// Standard deviation around zero of each parameter after the base parameters, in its unit; infinite: free.
+    /// For each parameter after the base parameters, its standard deviation about zero, in its unit. Infinite: no prior.
     pub friction: Vec<f64>,
 }
 
-/// A physically consistent solution.
+/// A physically consistent solution: each body has a positive definite pseudo-inertia.
 #[derive(Clone, Debug)]
 pub struct Consistent {
-    /// Standard parameters.
+    /// The standard parameters.
     pub phi: Vec<f64>,
-    /// Base parameters, then friction, in the order of the triangle.
+    /// The base parameters, then friction, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Smallest eigenvalue of the pseudo-inertia of each body.
+    /// The smallest eigenvalue of the pseudo-inertia of each body.
     pub smallest_eigenvalues: Vec<f64>,
-    /// 1/2 chi^2 of the data alone, divided by the discount; nats.
+    /// 1/2 chi^2 of the data without the prior, divided by the discount, nats.
     pub objective: f64,
-    /// Suboptimality bound of `objective`, nats, over all bodies up to `LARGEST_BOUNDED_RATIO` times as large; `None` where
-    /// the solver stalled.
+    /// Suboptimality bound of `objective`, nats, compared with all bodies up to `LARGEST_BOUNDED_RATIO` times as large. `None`
+    /// if the solver stalled.
     pub excess: Option<f64>,
-    /// Final weight of the prior, as a share of its full weight; 1 where the data do not contradict it.
+    /// Final weight of the prior relative to its full weight. It is 1 if the data do not contradict the prior.
     pub prior_share: f64,
-    /// How the iteration ended.
+    /// The state in which the iteration ended.
     pub outcome: BarrierStatus,
     /// Number of Newton steps over all values of gamma.
     pub newton_steps: usize,
 }
 
-/// Share of the prior's weight at which the suboptimality of chi^2 is bounded.
+/// The weight of the prior is decreased at least to this share, at which the suboptimality of chi^2 is bounded.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
-/// Where bodies exceed their references by far, that bound may not be tight. It is then computed at a smaller share, down
-/// to this one. At smaller shares the rounding of the Hessian dominates.
+/// If bodies are much larger than their references, the bound may not be tight. The weight is then decreased further, down to
+/// this share. At smaller shares the rounding of the Hessian dominates.
 const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
-/// The bound is tight where it is at most this share of gamma times the number of logarithms.
+/// The bound is tight if it is at most this share of gamma times the number of logarithms.
 const TIGHT_BOUND_SHARE: f64 = 0.5;
-/// Factor of the prior's weight from round to round.
+/// Factor of the weight of the prior from round to round.
 const PRIOR_SHARE_FACTOR: f64 = 0.2;
 /// Squared radius of gyration of the ball that replaces unknown bodies, m^2.
 const BALL_SQUARED_RADIUS_M2: f64 = 0.01;
-/// Reference inertia of a rotor over the mass of that ball, m^2.
+/// Reference inertia of a rotor divided by the mass of this ball, m^2.
 const ROTOR_INERTIA_PER_MASS_M2: f64 = 0.01;
 
-/// Solves for standard parameters and friction; `triangle` is whitened (residual of unit variance).
+/// Solves for physically consistent standard parameters and friction. `triangle`: whitened data (residual of unit variance).
 pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Consistent {
     let (standard, total) = (map.matrix.ncols(), triangle.columns());
     let dimension = standard + total - map.matrix.nrows();
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // The path starts where the prior dominates, and gamma decreases to its full weight. Then gamma decreases further, by
-    // a factor of five per round, to bound the cost of the prior. `shares` are the solutions from the full weight on.
+    // The path starts at a gamma at which the prior dominates, and gamma decreases to its full weight. Then it decreases
+    // further, by
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -103,7 +104,7 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     }
     let (steps, mut y) = (path.steps, path.y);
     let (mut excess, mut prior_share) = (None, 1.0);
-    // The largest share whose chi^2/2 is within gamma (4 bodies + rotors) of the last one.
+    // Take the largest share whose chi^2/2 is within gamma (4 bodies + rotors) of the last solution.
     if let Some((last, nearest)) = shares.last() {
         let allowed = problem.quadratic(nearest) + prior.gamma * problem.barriers();
         if let Some((share, chosen)) = shares.iter().find(|(_, y)| problem.quadratic(y) <= allowed) {
@@ -128,7 +129,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     }
 }
 
-/// T of theta = (phi, f) = T y: bodies relative to their reference, rotors relative to the ball, friction unscaled.
+/// The matrix T of (phi, f) = T y: in y, bodies are relative to their reference, rotors relative to the ball, and friction is
+/// unscaled.
 fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64> {
     let mut transform = DMatrix::identity(dimension, dimension);
     for (j, (_, first)) in map.bodies.iter().enumerate() {
@@ -141,7 +143,7 @@ fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64>
     transform
 }
 
-/// The map from theta to X, with friction after the base parameters.
+/// The matrix from (phi, f) to (X, f): standard to base parameters, followed by friction.
 fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
     let (base, standard) = map.matrix.shape();
     let mut scatter = DMatrix::zeros(total, standard + total - base);
@@ -152,7 +154,7 @@ fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
     scatter
 }
 
-/// The data and the prior as functions of y.
+/// Makes the minimisation problem from the data and the prior, in the variables y.
 fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatrix<f64>) -> Problem {
     let (standard, total) = (map.matrix.ncols(), triangle.columns());
     let r = DMatrix::from_fn(total + 1, total, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
@@ -172,7 +174,7 @@ fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatr
     }
 }
 
-/// The y at which bodies are their references and friction is zero.
+/// The y at which all bodies equal their references and friction is zero.
 fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     let mut y = DVector::zeros(dimension);
     for first in &problem.bodies {
@@ -184,14 +186,15 @@ fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     y
 }
 
-/// The pseudo-inertia of a reference body; a ball of mass `scale`, kg, where it is unknown or not positive definite.
+/// The pseudo-inertia of a reference body. If `body` is unknown or not positive definite: a ball of mass `scale`, kg.
 fn reference(body: Option<Ten>, scale: f64) -> Matrix4<f64> {
     let given = body.map(|b| pseudo_inertia(&b)).filter(|p| p.cholesky().is_some());
     let square = BALL_SQUARED_RADIUS_M2;
     given.unwrap_or_else(|| Matrix4::from_diagonal(&nalgebra::Vector4::new(square, square, square, 1.0)) * scale)
 }
 
-/// The 10 x 10 map from the parameters of P~ to the parameters of P = L P~ L', P0 = L L'.
+/// The 10 x 10 matrix from the parameters of a relative body Q to the parameters of the body P = L Q L', for the reference P0 =
+/// L L'.
 fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
     let l = reference.cholesky().map_or_else(Matrix4::identity, |c| c.l());
     let mut out = DMatrix::zeros(10, 10);
@@ -210,7 +213,8 @@ mod tests {
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
 
-    /// A triangle that measures all ten parameters of one body with unit noise.
+    /// A triangle of 400 rows that determine all ten parameters of one body. `precision`: size of the entries; `noise`: standard
+    /// deviation.
     fn measured(truth: &Ten, precision: f64, noise: f64) -> Triangle {
         let mut random = Random::new(21);
         let mut block = TriangleBuilder::new(10);
@@ -240,7 +244,7 @@ mod tests {
         assert_eq!(out.outcome, BarrierStatus::Converged);
         for i in 0..10 {
             let sigma = (ls.variance * ls.inverse[(i, i)]).sqrt();
-            // A prior of gamma nats moves the optimum by about gamma sigma.
+            // A prior with weight gamma changes the optimum by about gamma sigma.
             assert!((out.x[i] - ls.x[i]).abs() < 1e-3 * sigma, "{i}: {} {}", out.x[i], ls.x[i]);
         }
     }
@@ -259,8 +263,8 @@ mod tests {
         assert!(near.objective - nearer.objective <= excess + 1e-9 * near.objective, "{near:?} {nearer:?}");
     }
 
-    /// Nominal bodies are a thousand times too small or too large. chi^2 equals that of the correct description within the
-    /// bound, and the bound is of the order of the cost of the logarithms.
+    /// Nominal bodies are up to a thousand times too small or too large. chi^2 equals chi^2 with the correct nominal body within
+    /// the bound, and the bound is of the order of the cost of the logarithms.
     #[test]
     fn a_wrong_reference_yields_and_the_bound_holds() {
         let triangle = measured(&BODY, 100.0, 1.0);
@@ -271,13 +275,13 @@ mod tests {
             let excess = out.excess.unwrap();
             assert_eq!(out.outcome, BarrierStatus::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // 4 logarithms of 0.1 nats, twice: once for the allowed excess, once for the bound itself.
+            // There are 4 logarithms of 0.1 nats. They count twice: for the allowed excess, and for the bound itself.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
     }
 
-    /// Data may determine some parameters to many digits and others not at all: A'A then exceeds the precision of doubles.
+    /// Data may determine some directions to many digits and others not at all. A'A is then too ill-conditioned for f64.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
@@ -298,7 +302,7 @@ mod tests {
             assert_eq!(out.outcome, BarrierStatus::Converged, "{precision}: {out:?}");
             for direction in &directions {
                 let (found, truth) = (along(direction, &out.x), along(direction, &BODY));
-                // A few sigma, with sigma = 1/sqrt(200 rows), and the rounding of the rows.
+                // The bound is a few sigma, sigma = 1/sqrt(200 rows), and the rounding of the rows.
                 let expected = 1.0 / precision + 1e-12;
                 assert!((found - truth).abs() < expected, "{precision}: {found} {truth}");
             }
@@ -328,8 +332,8 @@ mod tests {
         }
     }
 
-    /// The entropic prior does not depend on the frame. Rotating and moving the body's frame, its reference and its
-    /// data alike gives the same body, rotated and moved. A Euclidean prior would fail.
+    /// The entropic prior does not depend on the frame. If the frames of the body, of its reference and of its data are rotated
+    /// and moved in the same manner, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {
         let (s, c) = 0.7f64.sin_cos();
@@ -343,7 +347,7 @@ mod tests {
         let mut random = Random::new(5);
         let (mut a, mut b) = (TriangleBuilder::new(10), TriangleBuilder::new(10));
         for _ in 0..4 {
-            // Four rows for ten parameters: the prior decides the other directions.
+            // There are four rows for ten parameters. The prior decides in the directions that the rows do not determine.
             let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
             let y: f64 = row.iter().zip(BODY).map(|(a, b)| a * b).sum();
             a.push(&row, y);

@@ -1,7 +1,7 @@
 //! Essential parameters: the smallest set of parameters with nearly the same residual.
 //!
 //! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero.
-//! It continues while that deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
+//! It continues while the largest deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
 //! `growth`. It needs the triangle only, not the data.
 
 use numerics::least_squares::{Solution, solve};
@@ -10,9 +10,9 @@ use numerics::triangle::{Triangle, select};
 /// The limits at which elimination stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elimination {
-    /// Largest over smallest relative standard deviation that may remain.
+    /// Elimination stops if the largest relative standard deviation is at most this times the smallest.
     pub ratio: f64,
-    /// Largest total relative growth of the residual norm.
+    /// Largest relative growth of the residual norm in total: 0.02 is 2 %.
     pub growth: f64,
 }
 
@@ -22,22 +22,22 @@ impl Default for Elimination {
     }
 }
 
-/// The parameters kept and their solution.
+/// The essential parameters and their solution.
 #[derive(Clone, Debug)]
 pub struct Essential {
-    /// Columns kept, in order.
+    /// The columns that are kept, ascending.
     pub kept: Vec<usize>,
-    /// Dropped columns, in the order of dropping.
+    /// The eliminated columns, in the order of elimination.
     pub dropped: Vec<usize>,
-    /// The solution, its parameters in the order of `kept`.
+    /// The solution with the kept parameters only, in the order of `kept`.
     pub solution: Solution,
-    /// The values of all p parameters: zero where dropped.
+    /// The values of all p parameters; zero for an eliminated parameter.
     pub x: Vec<f64>,
-    /// Residual norm over the residual norm with all parameters.
+    /// Residual norm divided by the residual norm with all parameters.
     pub growth: f64,
 }
 
-/// Eliminates from a (weighted) triangle.
+/// Finds the essential parameters from a triangle of weighted rows.
 pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     let p = triangle.columns();
     let mut kept: Vec<usize> = (0..p).collect();
@@ -47,14 +47,14 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     let full = norm(triangle, &solution);
     let mut growth = 1.0;
     while kept.len() > 1 {
-        // The parameter with the largest relative sigma is the candidate, unless that is within `ratio` of the smallest.
+        // The parameter with the largest relative sigma is the candidate, if this sigma exceeds `ratio` times the smallest.
         let relative: Vec<f64> = (0..kept.len()).map(|c| relative_sigma(&solution, c)).collect();
         let smallest = relative.iter().copied().fold(f64::INFINITY, f64::min);
         let Some(worst) = (0..kept.len()).max_by(|&a, &b| relative[a].total_cmp(&relative[b])) else { break };
         if relative[worst] <= limits.ratio * smallest {
             break;
         }
-        // Without it the residual norm may exceed the norm with all parameters by `growth`.
+        // Without the candidate the residual norm must stay within 1 + `growth` of the norm with all parameters.
         let mut fewer = kept.clone();
         let candidate = fewer.remove(worst);
         let reduced = select(triangle, &fewer);
@@ -71,7 +71,7 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     Essential { kept, dropped, solution, x, growth }
 }
 
-/// sigma / |x| of parameter c; infinite where it is not determined.
+/// The relative standard deviation sigma / |x| of parameter c. Infinite if the parameter is not determined or zero.
 fn relative_sigma(solution: &Solution, c: usize) -> f64 {
     if !solution.determined[c] || solution.x[c] == 0.0 {
         return f64::INFINITY;

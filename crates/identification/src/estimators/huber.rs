@@ -17,51 +17,51 @@ use crate::signals::records::Records;
 
 /// Largest number of reweighting iterations.
 const MAX_REWEIGHTING_ITERATIONS: usize = 30;
-/// The iteration ends where no parameter changes by more than this many sigma.
+/// The iteration ends if no parameter changes by more than this many sigma.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-3;
-/// Standard deviation over median absolute value of normal numbers.
+/// Ratio of the standard deviation to the median absolute value, for normally distributed numbers.
 const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
-/// The robust solution, its weights by joint, and its triangles.
+/// The robust solution, with its weights and reweighted triangles.
 pub struct Reweighted {
-    /// Solution of the reweighted rows.
+    /// The solution of the reweighted rows.
     pub solution: Solution,
-    /// 1 / scale of the residual, one per joint.
+    /// The weight of each joint: 1 / s_j, 1/(N m) (1/N).
     pub weights: Vec<f64>,
-    /// The reweighted rows.
+    /// The triangles of the reweighted rows.
     pub observation: Observation,
-    /// Share of the rows of each joint beyond the bound of the loss.
+    /// For each joint, the share of rows with |u| beyond the bound of the loss.
     pub outliers: Vec<f64>,
-    /// The weights of rows by their residual.
+    /// The function that gives the robust weight of a row from its residual.
     pub rows: Robust,
-    /// mean w / mean psi'. In the scores of the solution a residual e is multiplied by slope w.
+    /// mean w / mean psi'. In the scores of the robust solution, a residual e is multiplied by slope times w.
     pub slope: f64,
 }
 
-/// The weights of rows by their residual. All sums after a robust fit use these weights.
+/// Gives the weight of a row from its residual. All sums after a robust fit use these weights.
 #[derive(Clone, Debug)]
 pub struct Robust {
     /// The loss function.
     pub loss: Loss,
-    /// s_j, N m (N).
+    /// The scale s_j of the residuals of each joint, N m (N).
     scales: Vec<f64>,
 }
 
 impl Robust {
-    /// Weight w(u) of a residual e of joint j, N m (N).
+    /// The weight w(u) of a row of joint j with the residual e, N m (N).
     pub fn weight(&self, j: usize, e: f64) -> f64 {
         self.loss.weight(e / self.scales[j])
     }
 }
 
-/// The factor sqrt(w) of a row of joint j with the residual e; 1 without robust weights.
+/// The factor sqrt(w) by which a row of joint j with the residual e is multiplied; 1 without robust weights.
 pub fn row_factor(robust: Option<&Robust>, j: usize, e: f64) -> f64 {
     robust.map_or(1.0, |rows| rows.weight(j, e).sqrt())
 }
 
-/// Reweighted least squares from the solution `start`.
+/// Iteratively reweighted least squares with the loss `loss`, from the solution `start`.
 ///
-/// Fails when a record cannot be read.
+/// Fails if a record cannot be read.
 pub fn reweighted<R: Records + ?Sized>(
     model: &Model,
     records: &R,
@@ -93,14 +93,14 @@ pub fn reweighted<R: Records + ?Sized>(
     }
 }
 
-/// Sums over all rows, with u = e / s_j.
+/// Sums over all rows of quantities of u = e / s_j.
 #[derive(Default)]
 struct Means {
     rows: f64,
     w: f64,
     psi_u: f64,
     psi_psi: f64,
-    /// psi'.
+    /// Sum of psi'(u).
     slope: f64,
 }
 
@@ -127,27 +127,27 @@ impl Means {
         Ok(means)
     }
 
-    /// mean w / mean psi'; 1 where that is not a positive number.
+    /// mean w / mean psi'; 1 if this is not a positive number.
     fn slope(&self) -> f64 {
         Some(self.w / self.slope).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
     }
 
-    /// The robust variance over the variance of the weighted rows; 1 where that is not a positive number.
+    /// The robust variance divided by the variance of the weighted rows; 1 if this is not a positive number.
     fn variance(&self) -> f64 {
         let ratio = self.rows * self.psi_psi * self.w / (self.slope * self.slope * self.psi_u);
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0).unwrap_or(1.0)
     }
 }
 
-/// A histogram of absolute values with a resolution of 1/256.
+/// A histogram of absolute values with a relative resolution of 1/256.
 ///
-/// The leading bits of a float are a logarithmic scale, so the median needs neither the numbers nor their range.
+/// The leading bits of a float are a logarithmic scale. So the median needs neither the stored numbers nor their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,
 }
 
-/// Number of trailing fraction bits that are dropped; 8 bits remain.
+/// Number of fraction bits of a float that are dropped at the end; 8 bits remain.
 const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {
@@ -165,7 +165,7 @@ impl Sizes {
         self.counts.iter().map(|&c| u64::from(c)).sum()
     }
 
-    /// 1.4826 times the median, which equals sigma for normal numbers; 1 without any number.
+    /// 1.4826 times the median, which equals sigma for normally distributed numbers; 1 for an empty histogram.
     fn sigma(&self) -> f64 {
         let mut left = self.total() / 2;
         let middle = self.counts.iter().position(|&c| {
@@ -178,7 +178,7 @@ impl Sizes {
         middle.map_or(1.0, |bin| (SIGMA_PER_MEDIAN * value(bin)).max(f64::MIN_POSITIVE))
     }
 
-    /// The share of values larger than `limit`.
+    /// The share of the absolute values that are larger than `limit`.
     fn beyond(&self, limit: f64) -> f64 {
         let far: u64 =
             self.counts[(limit.to_bits() >> DROPPED_FRACTION_BITS) as usize + 1..].iter().map(|&c| u64::from(c)).sum();
@@ -208,7 +208,7 @@ mod tests {
             let records = [states];
             let robust = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
             let bisquare = reweighted(&model, records.as_slice(), &robust.solution, Loss::Bisquare).unwrap();
-            // Every outlier has thirty sigma, and no row of noise exceeds 4.7 sigma.
+            // Every outlier is 30 sigma large, and no row of noise exceeds 4.7 sigma.
             assert!((bisquare.outliers[0] - 0.05).abs() < 0.04, "{:?}", bisquare.outliers);
             for c in 0..3 {
                 let sigma = 0.1 * robust.solution.inverse[(c, c)].sqrt() * robust.weights[0];
@@ -234,7 +234,8 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // At 95 % efficiency the difference has a standard deviation of 0.23 sigma; four of them are allowed.
+            // At 95 % efficiency the difference to least squares has a standard deviation of 0.23 sigma; four of these are
+            // allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
         // 17.9 % of a normal distribution lie outside 1.345 sigmas; there are 800 rows.

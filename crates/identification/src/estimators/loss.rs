@@ -1,6 +1,6 @@
 //! Loss functions of robust regression: Huber's and Tukey's (bisquare).
 //!
-//! u = residual / s_j, s_j the scale of joint j.
+//! u = residual / s_j, s_j: scale of the residuals of joint j; psi(u) = w(u) u: influence function.
 //!
 //! | loss | weight w(u) | psi'(u), psi = w u | bound |
 //! |---|---|---|---|
@@ -14,14 +14,14 @@
 /// A loss function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// Squares near zero, absolute values beyond.
+    /// Huber's loss: the square of u up to the bound, then proportional to |u|.
     Huber,
-    /// Squares near zero, a constant beyond: rows beyond have weight zero.
+    /// Tukey's bisquare loss: like the square near zero, constant beyond the bound. Rows beyond the bound have weight zero.
     Bisquare,
 }
 
 impl Loss {
-    /// The weight of a residual beyond the bound, in words.
+    /// How much a row beyond the bound counts, in words for the output.
     pub fn beyond(self) -> &'static str {
         match self {
             Loss::Huber => "less than fully",
@@ -29,7 +29,7 @@ impl Loss {
         }
     }
 
-    /// The u beyond which the weight is below 1 (Huber), or zero (bisquare).
+    /// The bound of |u|: for larger |u| the weight is below 1 (Huber) or zero (bisquare).
     pub fn bound(self) -> f64 {
         match self {
             Loss::Huber => 1.345,
@@ -37,7 +37,7 @@ impl Loss {
         }
     }
 
-    /// Weight w(u).
+    /// The weight w(u) of a row, between 0 and 1.
     pub fn weight(self, u: f64) -> f64 {
         let v = (u / self.bound()).abs();
         match self {
@@ -47,7 +47,7 @@ impl Loss {
         }
     }
 
-    /// Derivative psi'(u) of the influence function psi(u) = w(u) u.
+    /// The derivative psi'(u) of the influence function psi(u) = w(u) u.
     pub fn slope(self, u: f64) -> f64 {
         let v = (u / self.bound()).abs();
         match self {

@@ -1,4 +1,4 @@
-//! A load on the last link, from a log with the load and a log without it.
+//! Estimates a load on a link from a log with the load and a log without it.
 //!
 //! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. With
 //! X = B phi the torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link.
@@ -11,27 +11,28 @@ use nalgebra::DMatrix;
 use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-/// The parameters of a load with their standard deviations.
+/// The estimated parameters of a load, with their standard deviations.
 #[derive(Clone, Debug)]
 pub struct Payload {
-    /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
+    /// The ten parameters XX XY XZ YY YZ ZZ MX MY MZ M of the load, in the frame of the link.
     pub parameters: Ten,
     /// Standard deviations for white noise, in the units of the parameters.
     pub sigma: Ten,
     /// Covariance for white noise, 10 x 10.
     pub covariance: DMatrix<f64>,
-    /// By joint, the change of the parameters when the torques of that joint, in both logs, grow by 100 %. The sum over all
+    /// For each joint, the change of the parameters if the torques of this joint in both logs grow by 100 %. The sum over all
     /// joints is the load itself.
     pub by_scale: Vec<Ten>,
-    /// Whether the data determine each of them.
+    /// For each of the ten parameters, whether the data determine it.
     pub determined: [bool; 10],
 }
 
 /// Estimates the load on body `link` of the map, in the frame of that body.
 ///
-/// `without` and `with`: the triangles by joint of the log without the load and of the log with it. `weights`: by joint.
+/// `without`, `with`: the triangle of each joint from the log without the load and from the log with it. `weights`: weight of
+/// each joint.
 ///
-/// Fails when the map has no such body or does not fit the triangles.
+/// Fails if the map has no such body or does not fit the triangles.
 pub fn payload(
     without: &[Triangle],
     with: &[Triangle],
@@ -48,10 +49,10 @@ pub fn payload(
         let (a, b) = (without.len(), with.len());
         return Err(Error::new(format!("{base} base parameters, {p} columns, {a} and {b} joints do not fit together")));
     }
-    // B_L, the ten columns of the link that carries the load.
+    // The matrix B_L: the ten columns of B of the link that carries the load.
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
-    // Rows [W, W B_L] with the load and [W, 0] without, from the triangles of each joint.
+    // The rows are [W, W B_L] with the load and [W, 0] without it, from the triangles of each joint.
     let mut block = TriangleBuilder::new(m);
     let mut products = vec![vec![0.0; m]; with.len()];
     for (triangles, loaded) in [(without, false), (with, true)] {
@@ -92,7 +93,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// A body whose ten parameters are the base parameters.
+    /// The map of a robot of one body, whose ten standard parameters are its base parameters.
     fn one_body() -> StandardMap {
         let standard = (0..10).map(|i| format!("P{i}")).collect();
         let matrix = DMatrix::identity(10, 10);
@@ -128,7 +129,7 @@ mod tests {
             }
         }
         for s in squares {
-            // Mean square of 200 unit normals: 1 with a standard deviation of 0.1; four of them.
+            // The mean square of 200 unit normals is 1 with a standard deviation of 0.1. Four standard deviations are allowed.
             assert!((s - 1.0).abs() < 0.4, "{squares:?}");
         }
     }

@@ -1,34 +1,35 @@
 //! Cluster-robust standard deviations, for residuals that are not white noise.
 //!
-//! x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, with weighted rows. White noise gives s^2 A^-1. The residual of a
-//! model is not white, and most of it is not noise: it repeats wherever the robot is in the same state. Rows that share
-//! one error are a cluster, whose sum of h counts as one draw,
+//! The error of the estimate x is x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, over weighted rows W_r with errors e_r. White
+//! noise gives the covariance s^2 A^-1. The residual of a model is not white, and most of it is not noise: it repeats whenever
+//! the robot is in the same state. Rows that have a common error are a cluster. The sum of h over a cluster counts as one
+//! independent draw,
 //!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
-//! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k corrects for it. With k = 1, x - S_g is the
-//! fit without the cluster and f = (G - 1) / G, which is the jackknife. With k = 1/2, (1 - A^-1 A_g / 2)^-1 equals
-//! (1 - A^-1 A_g)^(-1/2) up to terms of second order, and for errors of equal variance this is unbiased with f = 1
-//! [Bell, McCaffrey 2002].
+//! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k corrects for this. With k = 1, x - S_g is the fit
+//! without the cluster and f = (G - 1) / G for G clusters, which is the jackknife. With k = 1/2, (1 - A^-1 A_g / 2)^-1 equals
+//! (1 - A^-1 A_g)^(-1/2) up to terms of second order. For errors of equal variance this is unbiased with f = 1 [Bell,
+//! McCaffrey 2002].
 //!
-//! | clusters | errors that they share | k, f |
+//! | clusters | errors that their rows have in common | k, f |
 //! |---|---|---|
 //! | blocks of the record, a twentieth of it each | slow noise and drift | 19/20, (G - 1)/G |
-//! | rows of a joint with speed in one octave, from below 1/16 up to 1 of its largest | another friction law, hysteresis at reversals, play: equal at every pass | 1/2, 1 |
-//! | the logs, where there are several | changes from log to log, or from motion to motion | 1/2, 1 |
+//! | rows of a joint with speed in one octave, from below 1/16 up to 1 of its largest speed | wrong friction law, hysteresis at reversals, play: equal at every pass | 1/2, 1 |
+//! | the logs, if there are several | changes from log to log, or from motion to motion | 1/2, 1 |
 //! | rows of a joint with position in one eighth of its range | ripple, load-dependent friction, cross talk, a compliant base: equal at every pass of a position | 1/2, 1 |
 //!
-//! Drifts last longer than the blocks, so k is near one there, which overestimates the deviation. A twentieth of a block
-//! is kept, because otherwise a direction that one block alone shows would have no value.
+//! Drifts last longer than a block, so k is near one for blocks, which overestimates the deviation. A twentieth of a block is
+//! kept, because otherwise a direction that only one block determines would have no value.
 //!
-//! With white noise only, all rows of the table estimate one variance. The largest of them then overestimates it, by the
-//! scatter of few draws, and their mean does not. Slow noise makes the variance by blocks larger than the variance by
-//! bands, for nearly every parameter; errors of the model make the variance by bands larger. In both cases the larger one
-//! is right. The case follows from the median over parameters of the ratio of both variances (`EQUAL_OCTAVES`,
-//! `DIFFERENT_OCTAVES`, `LEAST_COMPARED_PARAMETERS`): first for speed and position, then for their result and the blocks.
-//! No sigma is below the sigma for white noise. `tests/benches/coverage.rs` measures the result. Logs are too few for such
-//! a comparison: their deviation is a lower bound, without the quantile of Student's t, which is 6 times larger for two logs.
+//! With white noise only, all rows of the table estimate one variance. Then the largest one is too large, because there are few
+//! draws, and the mean is right. Slow noise makes the variance by blocks larger than the variance by bands, for nearly every
+//! parameter. Errors of the model make the variance by bands larger. In both cases the larger variance is right. The case is
+//! recognised by the median over the parameters of the ratio of both variances (`EQUAL_OCTAVES`, `DIFFERENT_OCTAVES`,
+//! `LEAST_COMPARED_PARAMETERS`): first for speed and position, then for their result and the blocks. No sigma is below the sigma
+//! for white noise. `tests/benches/coverage.rs` measures the result. There are too few logs for such a comparison: the deviation
+//! by logs is a lower bound, without the quantile of Student's t, which is 6 times larger for two logs.
 //!
-//! An error that is a combination of columns of W is not detectable here. Examples are a wrong gain, a wrong gravity, and
-//! friction that grows differently with the speed over the whole range.
+//! An error that is a linear combination of columns of W cannot be detected here. Examples are a wrong gain, a wrong gravity,
+//! and friction that grows differently with the speed over the whole range.
 
 use std::sync::Arc;
 
@@ -42,72 +43,73 @@ use crate::estimators::huber::Reweighted;
 use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::{Observation, weighted};
 
-/// k of the blocks of the record.
+/// The k of the module for blocks of the record.
 const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
-/// k of the bands of speed and position, and of the logs.
+/// The k of the module for bands of speed and position, and for logs.
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
-/// Two variances count as equal where |log2| of their ratio, median over the parameters, is at most this: then their mean
-/// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
-/// ripple and play at least 0.5.
+/// Two variances count as equal if the median over the parameters of |log2(ratio)| is at most this. Then their mean is used.
+/// Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and play at
+/// least 0.5.
 const EQUAL_OCTAVES: f64 = 0.5;
-/// Two variances count as different from this |log2| of their ratio on: then the larger is used. In between, both results
-/// are interpolated.
+/// Two variances count as different if this |log2(ratio)| is at least this. Then the larger one is used. Between both limits,
+/// the result is interpolated.
 const DIFFERENT_OCTAVES: f64 = 1.0;
 
-/// Probability of an error beyond the interval.
+/// Probability that an error is outside the interval of 1.96 sigma.
 const INTERVAL_RISK: f64 = 0.05;
 
-/// Least number of parameters for that comparison, because the ratio of a single one scatters by more than an octave.
+/// Least number of parameters for the comparison, because the ratio of a single parameter scatters by more than an octave.
 const LEAST_COMPARED_PARAMETERS: usize = 20;
 
-/// The standard deviations of the parameters, by kind of error; zero where the data determine nothing. Cluster-robust ones
-/// are inflated by the quantile of Student's t over the quantile of a normal error.
+/// The standard deviations of the parameters by kind of error; zero if the data determine nothing. Cluster-robust deviations are
+/// inflated by the quantile of Student's t divided by the quantile of the normal distribution.
 #[derive(Clone, Debug)]
 pub struct ReplicateDeviation {
-    /// For white noise.
+    /// Standard deviations for white noise.
     pub white: Vec<f64>,
-    /// With the blocks of the record as clusters.
+    /// Standard deviations with the blocks of the record as clusters.
     pub by_part: Vec<f64>,
-    /// With the bands of speed of each joint as clusters.
+    /// Standard deviations with the speed bands of each joint as clusters.
     pub by_speed: Vec<f64>,
-    /// With the bands of position of each joint as clusters.
+    /// Standard deviations with the position bands of each joint as clusters.
     pub by_position: Vec<f64>,
-    /// By log, the change of the parameters by its error; empty where there is one log.
+    /// For each log, the change of the parameters by its error. Empty if there is only one log.
     pub moved_by_logs: Vec<Vec<f64>>,
-    /// How many correlated samples count as one.
+    /// Number of correlated samples that count as one independent sample.
     ///
-    /// It is computed with k = 0, because the share that the fit has absorbed depends on the number of blocks, and not on
-    /// the correlation of their samples.
+    /// It is computed with k = 0, because the share that the fit has absorbed depends on the number of blocks, not on the
+    /// correlation of their samples.
     pub correlated: f64,
 }
 
 impl ReplicateDeviation {
-    /// The standard deviation to use, one per parameter: the one within logs, at least the one by logs.
+    /// The final standard deviation of each parameter: the deviation within logs, but at least the deviation between logs.
     pub fn sigma(&self) -> Vec<f64> {
         self.within_logs().into_iter().enumerate().map(|(c, sigma)| sigma.max(self.by_log(c))).collect()
     }
 
-    /// The standard deviation without changes from log to log.
+    /// The standard deviation of each parameter without changes from log to log.
     ///
-    /// It is the largest of the three where they differ, their mean where they agree, and at least that for white noise.
+    /// It is the largest of the deviations by blocks, speed and position if they differ, and their mean if they agree. It is at
+    /// least the deviation for white noise.
     pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 
-    /// The standard deviation of parameter c by logs: a lower bound; 0 where there is one log.
+    /// The standard deviation of parameter c from changes between logs: a lower bound; 0 if there is only one log.
     fn by_log(&self, c: usize) -> f64 {
         self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
 }
 
-/// Two standard deviations of each parameter combined: the root of the larger variance where they differ, of the mean where
+/// Combines two standard deviations of each parameter: the root of the larger variance if they differ, of the mean variance if
 /// they agree.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
-    // Without enough parameters they count as different.
+    // With too few parameters, the variances count as different.
     let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
     let apart = ((octaves - EQUAL_OCTAVES) / (DIFFERENT_OCTAVES - EQUAL_OCTAVES)).clamp(0.0, 1.0);
     let variance = |a: f64, b: f64| {
@@ -117,7 +119,7 @@ fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     above.iter().zip(below).map(|(a, b)| variance(a * a, b * b).sqrt()).collect()
 }
 
-/// The median over the parameters of the ratio of two variances, from standard deviations; `None` where no parameter has
+/// The median over the parameters of the ratio of two variances, computed from standard deviations. `None` if no parameter has
 /// both.
 fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     let ratio = |(above, below): (&f64, &f64)| Some((above / below).powi(2)).filter(|r| r.is_finite() && *r > 0.0);
@@ -126,7 +128,7 @@ fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     ratios.get(ratios.len() / 2).copied()
 }
 
-/// The empty bands of speed and position of a fit; `reweighted`: the robust weights of its rows, where it has them.
+/// Makes empty bands of speed and position for a fit. `reweighted`: the robust fit, if its rows have robust weights.
 pub fn state_bands<'a>(
     model: &Model,
     observation: &'a Observation,
@@ -138,9 +140,9 @@ pub fn state_bands<'a>(
     StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The standard deviations of a fit, from its rows, its solution, its weights by joint and its [`state_bands`].
+/// The standard deviations of a fit. `weights`: by joint; `bands`: made by [`state_bands`].
 ///
-/// `reweighted`: the robust weights of rows, where the fit has them. `bands` must contain the rows and residuals.
+/// `reweighted`: the robust fit, if its rows have robust weights. `bands` must contain all rows with their residuals.
 pub fn replicate_deviation(
     model: &Model,
     observation: &Observation,
@@ -152,14 +154,14 @@ pub fn replicate_deviation(
     let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // psi(u) s = slope w e: a residual in the scores of a robust fit.
+    // In the scores of a robust fit, a residual e counts as psi(u) s = slope w e.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
     ReplicateDeviation { moved_by_logs, ..found }
 }
 
-/// By log, the change of the parameters by the error of that log, times `slope`; empty where there is one log.
+/// For each log, the change of the parameters by the error of this log, times `slope`. Empty if there is only one log.
 pub fn moved_by_logs(
     whole: &FullNormalMatrix,
     observation: &Observation,
@@ -175,8 +177,8 @@ pub fn moved_by_logs(
     observation.logs().into_iter().filter_map(moved).collect()
 }
 
-/// The standard deviations from all rows, the clusters of blocks and of bands of speed and position, the factor `slope` of the
-/// scores, and the standard deviations for white noise.
+/// The standard deviations from clusters. `whole`: all rows; `parts`: blocks; `speed`, `position`: bands; `slope`: factor of the
+/// scores; `white`: standard deviations for white noise.
 pub(crate) fn of_clusters(
     whole: &FullNormalMatrix,
     parts: &[Cluster],
@@ -185,7 +187,8 @@ pub(crate) fn of_clusters(
     white: Vec<f64>,
 ) -> ReplicateDeviation {
     let count = parts.len() as f64;
-    // Inflated so that 1.96 sigma is the 95 % interval of Student's t with one degree of freedom fewer than blocks.
+    // The deviations are inflated so that 1.96 sigma is the 95 % interval of Student's t. Degrees of freedom: number of blocks
+    // minus one.
     let wider =
         two_sided_quantile(INTERVAL_RISK, (count - 1.0).max(1.0)) / two_sided_quantile(INTERVAL_RISK, f64::INFINITY);
     let scaled =
@@ -207,13 +210,13 @@ pub(crate) fn of_clusters(
     ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated }
 }
 
-/// The standard deviation with bands of speed or of position as clusters, times `wider`.
+/// The standard deviation of each parameter with bands of speed or of position as clusters, times the factor `wider`.
 pub fn by_band(whole: &FullNormalMatrix, bands: &[Cluster], wider: f64) -> Vec<f64> {
     let variance = whole.variance(bands, BAND_LEVERAGE_SHARE, REMAINDER_ROUNDING_SHARE);
     variance.into_iter().map(|v| wider * v.sqrt()).collect()
 }
 
-/// The standard deviation for white noise, s sqrt(A^-1_cc).
+/// The standard deviation of each parameter for white noise, s sqrt(A^-1_cc).
 pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
@@ -243,8 +246,8 @@ mod tests {
         (solution, found)
     }
 
-    /// Variance for white noise, by blocks and of sigma, over the true variance of the estimate, in noise with correlation
-    /// `rho` from sample to sample.
+    /// Three estimated variances (for white noise, by blocks, and of `sigma`), each divided by the true variance of the
+    /// estimate. The noise has the correlation `rho` from sample to sample.
     fn calibration(rho: f64) -> [f64; 3] {
         let (arm, model) = pendulum();
         let mut random = Random::new(11);
@@ -267,7 +270,8 @@ mod tests {
     #[test]
     fn slow_noise_is_not_taken_for_white() {
         let [white, by_part, _] = calibration(0.9);
-        // Twelve seconds contain sixty independent samples. 150 runs give a variance to 12 %, and twenty draws scatter.
+        // Twelve seconds contain sixty independent samples. From 150 runs the variance has an error of 12 %, and twenty blocks
+        // scatter.
         assert!(white < 0.2, "{white}");
         assert!((0.65..1.5).contains(&by_part), "{by_part}");
     }
@@ -292,8 +296,8 @@ mod tests {
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
-    /// The largest of three estimates of one variance is about 1.3 times that variance. Three parameters are too few for a
-    /// comparison.
+    /// With three estimates of one variance, the largest is about 1.3 times that variance. It is used, because three parameters
+    /// are too few for a comparison.
     #[test]
     fn white_noise_stays_white() {
         let [white, by_part, sigma] = calibration(0.0);
@@ -301,8 +305,8 @@ mod tests {
         assert!((1.0..1.9).contains(&sigma), "{sigma}");
     }
 
-    /// Friction that the model lacks is equal at every pass, for any length of the record. Blocks of the record agree with
-    /// each other, and the bands of speed do not.
+    /// Friction that is not in the model is equal at every pass, for any length of the record. Blocks of the record agree with
+    /// each other, but bands of speed do not.
     #[test]
     fn what_the_model_lacks_is_not_averaged_away() {
         let arm = Pendulum::new();
@@ -315,7 +319,7 @@ mod tests {
             }
             of(&model, states)
         };
-        // FS, whose true value is 1.
+        // Column of FS, whose true value is 1.
         let c = 4;
         for len in [4000, 32_000] {
             let (solution, found) = at(len);
@@ -340,7 +344,7 @@ mod tests {
         };
         let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
-            // Each log alone has an error of 0.05 x, and the result of both has the same standard deviation.
+            // Each log alone has an error of 0.05 x, and the result of both logs has this standard deviation.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
@@ -369,7 +373,7 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // A sinusoid is a single draw: its error is near its maximum for a third of all phases.
+        // A sinusoidal error is a single draw: it is near its maximum for a third of all phases.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

@@ -1,30 +1,31 @@
-//! Products of the columns of rows with each other, computed in blocks of eight rows (SIMD lanes).
+//! Sums of products of the columns of rows with each other, computed for eight rows at a time (SIMD lanes).
 
 use generated::Eight;
 use numerics::reflection::add_products;
 use numerics::row_block::RowBlock;
 
-/// Sums of products of rows of one joint: the columns that its torque can depend on, and a residual or torque as the last.
+/// Sums of products of the columns of one joint: the columns on which its torque can depend, and the residual or torque as the
+/// last column.
 #[derive(Clone)]
 pub struct RowProducts {
     places: Vec<usize>,
-    /// Products (i, j), i <= j, column by column.
+    /// The sums of products of columns i <= j, column by column.
     products: Vec<f64>,
-    /// Rows that are in no product yet.
+    /// Rows whose products are not yet added.
     block: RowBlock,
 }
 
 impl RowProducts {
-    /// Empty sums for `columns` columns.
+    /// Makes empty sums for `columns` columns and the last column.
     pub fn new(columns: usize) -> RowProducts {
         let entries = columns + 1;
         let places = (0..entries).collect();
         RowProducts { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
     }
 
-    /// Adds eight rows: their entries at `places`, then `right`, each multiplied by the weight of its row.
+    /// Adds eight rows: their entries at `places`, then `right` as the last column. Each row is multiplied by its weight.
     pub fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
-        // A row of weight zero may contain NaN, and 0 * NaN is NaN.
+        // A row of weight zero may contain NaN, and 0 * NaN is NaN. It is therefore replaced by zeros.
         let weighted = |x: &[f64; 8]| {
             let mut row = Eight([0.0; 8]);
             for lane in 0..8 {
@@ -42,13 +43,13 @@ impl RowProducts {
         }
     }
 
-    /// Adds the sums of other rows.
+    /// Adds the sums of products of other rows with the same columns.
     pub fn append(&mut self, next: RowProducts) {
         let next = next.finish();
         self.products.iter_mut().zip(&next).for_each(|(sum, product)| *sum += product);
     }
 
-    /// The products of all rows. Product (i, j), i <= j, of m columns and the last number is at index j (m + 1) + i.
+    /// The sums over all rows. With m columns and the last one, the product of columns i <= j is at index j (m + 1) + i.
     pub fn finish(mut self) -> Vec<f64> {
         self.complete();
         self.products

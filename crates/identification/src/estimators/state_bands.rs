@@ -1,9 +1,9 @@
-//! Clusters of the rows of each joint by its state: one per octave of its speed, and one per eighth of its range.
+//! Clusters of the rows of each joint by its state: bands of speed (octaves), and bands of position (eighths of its range).
 //!
-//! The octaves cover less than 1/16 up to 1 of its largest speed. The error of a friction law is equal at every pass of a
-//! speed band; errors by ripple, load and a compliant base are equal at every pass of a position (`replicate_deviation`).
-//! Each row is in one band of each kind. Its products are summed once, in the cell of both bands; the cells of a band are
-//! summed at the end.
+//! The octaves of speed cover less than 1/16 up to 1 of the largest speed of the joint. An error of the friction law is equal at
+//! every pass of a speed band. Errors by ripple, load and a compliant base are equal at every pass of a position
+//! (`replicate_deviation`). Each row is in one speed band and in one position band. Its products are summed once, in the cell of
+//! both bands. At the end the cells of each band are summed.
 
 use std::sync::Arc;
 
@@ -14,45 +14,45 @@ use crate::estimators::row_products::RowProducts;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::ResidualSum;
 
-/// Upper ends of the bands of speed, as shares of the joint's largest speed. The last band has none.
+/// Upper ends of the speed bands, relative to the largest speed of the joint. The last band has no upper end.
 const SPEED_BAND_ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
 /// Number of speed bands of a joint.
 const SPEED_BANDS: usize = SPEED_BAND_ENDS.len() + 1;
 /// Number of position bands of a joint, of equal width over its range.
 const POSITION_BANDS: usize = 8;
-/// Number of cells of a joint; the cells of one speed band are adjacent.
+/// Number of cells of a joint. The cells of one speed band are adjacent.
 const CELLS_PER_JOINT: usize = SPEED_BANDS * POSITION_BANDS;
 
-/// The property that the rows of a band share.
+/// The kind of a band: the property that its rows have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BandContent {
-    /// The octave of their joint's speed.
+    /// The speed of the joint is in one octave.
     Speed,
-    /// The eighth of their joint's range.
+    /// The position of the joint is in one eighth of its range.
     Position,
 }
 
-/// The weight of a row, from its joint and its residual.
+/// A function that gives the weight of a row from its joint and its residual.
 pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
 
-/// Products of weighted rows by joint and cell, with residuals as the right-hand side.
+/// Sums of products of weighted rows for each joint and cell, with the residual as the last column.
 #[derive(Clone)]
 pub struct StateBands<'a> {
-    /// The largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
+    /// Has the largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
     seen: &'a Observation,
     weight: CountOf<'a>,
-    /// By joint and cell; `None` without a row.
+    /// The sums of each cell, joint by joint; `None` for a cell without rows.
     cells: Vec<Option<RowProducts>>,
 }
 
 impl<'a> StateBands<'a> {
-    /// Empty bands; `seen`: speeds and positions of all rows.
+    /// Makes empty bands. `seen`: has the largest speed and the range of each joint; `weight`: gives the weight of a row.
     pub fn new(model: &Model, seen: &'a Observation, weight: CountOf<'a>) -> StateBands<'a> {
         StateBands { seen, weight, cells: vec![None; model.n() * CELLS_PER_JOINT] }
     }
 
-    /// One cluster per band, by speed and by position.
+    /// One cluster per band: the speed bands of all joints, and the position bands of all joints.
     pub fn clusters(self, model: &Model) -> [Vec<Cluster>; 2] {
         let columns = |j: usize| model.layout.joints[j].columns.clone();
         let mut of = [Vec::new(), Vec::new()];
@@ -62,9 +62,10 @@ impl<'a> StateBands<'a> {
         of
     }
 
-    /// For each band with rows: its joint, its kind, and the products of its m columns and of the residual as the last.
+    /// For each band with rows: its joint, its kind, and the sums of products of its m columns, with the residual as the last
+    /// column.
     ///
-    /// Product (i, j), i <= j, is at index j (m + 1) + i.
+    /// The product of columns i <= j is at index j (m + 1) + i.
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, BandContent, Vec<f64>)> {
         let cells: Vec<Option<Vec<f64>>> = self.cells.into_iter().map(|cell| cell.map(RowProducts::finish)).collect();
         let bands = |j: usize| {
@@ -78,7 +79,7 @@ impl<'a> StateBands<'a> {
     }
 }
 
-/// The sum of the cells with rows; `None` where no cell has rows.
+/// The sum of the cells that have rows; `None` if no cell has rows.
 fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>> {
     cells.flatten().fold(None, |sum, cell| match sum {
         None => Some(cell.clone()),
@@ -90,8 +91,8 @@ fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>
 }
 
 impl ResidualSum for StateBands<'_> {
-    /// Successive samples are mostly in one cell. So all eight are added to each cell that contains one of them, with weight
-    /// zero for samples of other cells.
+    /// Successive samples are mostly in one cell. So each cell that contains one of the eight samples gets all eight; samples of
+    /// other cells have weight zero.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
@@ -127,7 +128,7 @@ impl ResidualSum for StateBands<'_> {
 }
 
 impl StateBands<'_> {
-    /// The cell of joint j at position q, rad (m), and velocity dq, rad/s (m/s).
+    /// The index within joint j of the cell for position q, rad (m), and velocity dq, rad/s (m/s).
     fn cell(&self, j: usize, q: f64, dq: f64) -> usize {
         let speed = dq.abs();
         let by_speed = SPEED_BAND_ENDS.iter().take_while(|&&end| speed > end * self.seen.speed[j]).count();

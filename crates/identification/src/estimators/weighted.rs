@@ -1,7 +1,7 @@
 //! Ordinary and weighted least squares from the triangles of the joints.
 //!
-//! OLS gives all rows the same weight. WLS multiplies the rows of joint j by 1 / std(residual of joint j), in three
-//! iterations [Gautier 1997]. Both need the same triangles only. Robust weights (`huber`) need the rows again.
+//! OLS gives all rows equal weight. WLS multiplies the rows of joint j by 1 / std(residual of joint j), in three iterations
+//! [Gautier 1997]. Both need only the triangles. Robust weights (`huber`) need the rows again.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::Triangle;
@@ -10,21 +10,21 @@ use serde::{Deserialize, Serialize};
 use crate::estimators::loss::Loss;
 use crate::rows::observation::weighted;
 
-/// The weights of the rows.
+/// The choice of the weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weights {
     /// Equal weights: ordinary least squares.
     None,
-    /// By the standard deviation of the joint's residual: weighted least squares.
+    /// Rows are divided by the standard deviation of the residual of their joint: weighted least squares.
     Joint,
-    /// As `Joint`, with smaller weights of outliers: robust regression.
+    /// Weights of `Joint`, with smaller weights for outliers: robust regression with Huber's loss.
     Huber,
-    /// Starts from `Huber`, with weight zero of large outliers.
+    /// Starts from the solution of `Huber`. Large outliers have weight zero (Tukey's bisquare loss).
     Bisquare,
 }
 
-/// The texts and the losses of a choice of weights.
+/// The texts of a choice of weights, and its losses.
 struct WeightsChoice {
     word: &'static str,
     method: &'static str,
@@ -33,31 +33,31 @@ struct WeightsChoice {
 }
 
 impl Weights {
-    /// All choices.
+    /// All choices of weights.
     pub const ALL: [Weights; 4] = [Weights::None, Weights::Joint, Weights::Huber, Weights::Bisquare];
 
-    /// The word of flags and option files.
+    /// The word for the choice in flags and option files.
     pub fn word(self) -> &'static str {
         self.choice().word
     }
 
-    /// The weights of a word.
+    /// The choice with this word. `None` if there is none.
     pub fn of_word(word: &str) -> Option<Weights> {
         Weights::ALL.into_iter().find(|w| w.word() == word)
     }
 
-    /// The method that an estimate names.
+    /// The name of the method, which is written into an estimate.
     pub fn method(self) -> &'static str {
         self.choice().method
     }
 
-    /// One line of help on the weights.
+    /// One line of help on the choice.
     pub fn help(self) -> &'static str {
         self.choice().help
     }
 
-    /// The losses that weight the rows, applied one after the other from the WLS solution; empty where the triangles are
-    /// sufficient.
+    /// The losses of robust regression, applied one after the other from the WLS solution. Empty if no robust regression is
+    /// needed.
     pub fn losses(self) -> &'static [Loss] {
         self.choice().losses
     }
@@ -91,15 +91,16 @@ impl Weights {
 
 /// Number of reweighting iterations of WLS.
 const REWEIGHTING_ROUNDS: usize = 3;
-/// Smallest mean square residual over the mean square torque, at the level of rounding.
+/// Least mean square residual relative to the mean square torque, at the level of rounding.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 
-/// Solves with these weights; returns the solution and the weights by joint, 1/(N m) (1/N) or ones.
+/// Solves the triangles of the joints with these weights. Returns the solution, and the weight of each joint, 1/(N m) (1/N), or
+/// 1 for OLS.
 pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     if weights != Weights::None {
         for _ in 0..REWEIGHTING_ROUNDS {
-            // Any least-squares solution is sufficient, because all of them have the same residuals.
+            // Any least-squares solution is sufficient here, because all have the same residuals.
             let x = weighted(joints, &w).solution();
             w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();
         }
@@ -107,15 +108,15 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     (solve(&weighted(joints, &w)), w)
 }
 
-/// 1 / root mean square of the residual; 1 for a joint without rows or without torque.
+/// 1 / rms of the residual of a joint; 1 for a joint without rows or without torque.
 fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     let (total, residual) = joint.squares(x);
-    // A residual at the level of rounding would give the joint a huge weight.
+    // Without this floor, a residual at the level of rounding would give the joint a huge weight.
     let floor = ROUNDING_SQUARE_SHARE * total;
     if joint.rows == 0 || total == 0.0 { 1.0 } else { (joint.rows as f64 / residual.max(floor)).sqrt() }
 }
 
-/// |residual| / |total| from squares; 0 where the total is 0.
+/// The relative error |residual| / |total| from the squares of both norms; 0 if the total is 0.
 pub fn relative(total: f64, residual: f64) -> f64 {
     if total > 0.0 { (residual / total).sqrt() } else { 0.0 }
 }

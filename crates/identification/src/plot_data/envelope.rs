@@ -1,17 +1,17 @@
-//! A line over time with the resolution of a plot: the smallest and the largest value of each span of time.
+//! A line over time with the resolution of a plot: the smallest and the largest value of each short span of time.
 //!
-//! Spans are initially single samples. When there are too many, neighbours are merged and the span length doubles. So the
-//! length of a signal need not be known beforehand, and no peak is lost.
+//! Initially each span is a single sample. When there are too many spans, neighbours are merged in pairs and the span length
+//! doubles. So the length of a signal need not be known in advance, and no peak is lost.
 //!
-//! A gap of the log longer than two spans is kept: of a line of duration D with at most m spans, fewer than m / 2 gaps are
-//! longer than 2 D / m, so merging neighbours across shorter gaps only still removes at least a quarter of the spans. Where
-//! a value is missing (NaN) the neighbouring samples keep their times, and a span without any value is a gap too: lines that
-//! are filled together have equal spans.
+//! A gap of the log that is longer than two spans is kept. A line of duration D with at most m spans has fewer than m / 2
+//! gaps longer than 2 D / m. So if only neighbours across shorter gaps are merged, at least a quarter of the spans is still
+//! removed. If a value is missing (NaN), the spans keep their times, and a span without any value is a gap too. So lines
+//! that are filled together have equal spans.
 
-/// Number of spans of a drawn line, about one per pixel. With enough samples at least half of them are used.
+/// Largest number of spans of a drawn line, about one per pixel. With enough samples at least half of them are used.
 pub const DRAWN_SPANS: usize = 720;
 
-/// A line over time.
+/// A line over time, stored as spans with smallest and largest values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
     spans: Vec<Span>,
@@ -24,18 +24,18 @@ pub struct Envelope {
     is_interrupted: bool,
 }
 
-/// Successive samples of a line.
+/// A span: several successive samples of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     /// Time of the first sample, s.
     pub t: f64,
     /// Time of the last sample, s.
     pub end: f64,
-    /// The smallest value; NaN where no sample has a value.
+    /// The smallest value; NaN if no sample has a value.
     pub low: f64,
-    /// The largest value; NaN where no sample has a value.
+    /// The largest value; NaN if no sample has a value.
     pub high: f64,
-    /// Whether the line is broken before it.
+    /// Whether the line is broken before this span.
     pub is_first: bool,
 }
 
@@ -46,7 +46,7 @@ impl Default for Envelope {
 }
 
 impl Envelope {
-    /// An empty line of at most `most` spans, but at least four.
+    /// An empty line of at most `most` spans (if `most` is below 4: four).
     pub fn of_spans(most: usize) -> Envelope {
         Envelope { spans: Vec::new(), most: most.max(4), length: 1, filled: 0, is_interrupted: true }
     }
@@ -56,7 +56,7 @@ impl Envelope {
         self.is_interrupted = true;
     }
 
-    /// Appends a sample with a time t, s, not before the last one; NaN: no value.
+    /// Appends a sample with the time t, s, which must not decrease. NaN: the sample has no value.
     pub fn push(&mut self, t: f64, value: f64) {
         match self.spans.last_mut() {
             Some(last) if self.filled < self.length && !self.is_interrupted => {
@@ -73,12 +73,12 @@ impl Envelope {
         }
     }
 
-    /// The spans in the order of time.
+    /// All spans in the order of time.
     pub fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// The spans with values, in segments without a gap.
+    /// The segments of the line: successive spans with values and without a gap.
     pub fn pieces(&self) -> Vec<&[Span]> {
         let mut pieces = Vec::new();
         let mut from = 0;
@@ -93,7 +93,7 @@ impl Envelope {
         pieces
     }
 
-    /// This line with at most `most` spans, but at least four.
+    /// A copy of this line with at most `most` spans (if `most` is below 4: four).
     pub fn thinned_to(&self, most: usize) -> Envelope {
         let mut thinned = Envelope { most: most.max(4), ..self.clone() };
         while thinned.spans.len() > thinned.most {
@@ -102,7 +102,7 @@ impl Envelope {
         thinned
     }
 
-    /// Whether a span contains several samples.
+    /// Whether spans contain several samples.
     pub fn is_thinned(&self) -> bool {
         self.length > 1
     }
@@ -196,11 +196,11 @@ mod tests {
         }
         let times = |e: &Envelope| e.spans().iter().map(|s| (s.t, s.end)).collect::<Vec<_>>();
         assert_eq!(times(&whole), times(&broken));
-        // Twenty seconds contain forty rests, and each rest is a gap between segments.
+        // Twenty seconds contain forty intervals at rest, and each is a gap between segments.
         assert_eq!((whole.pieces().len(), broken.pieces().len()), (1, 40));
         for pair in broken.pieces().windows(2) {
             let gap = pair[1][0].t - pair[0].last().unwrap().end;
-            // A rest of 0.2 s minus a span at both ends.
+            // A rest takes 0.2 s, minus a span at both ends.
             assert!(gap > 0.1, "{gap}");
         }
     }

@@ -1,29 +1,29 @@
-//! Friction over speed for plots: one point per cell of a grid, for any number of samples, and the friction law.
+//! Friction over speed for plots: measured points, at most one per cell of a grid, and the friction law.
 
 use std::collections::BTreeMap;
 
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of, sign};
 use linear_model::linear_model::Model;
 
-/// Largest number of cells along each axis. With enough points at least half of them are used.
+/// Largest number of grid cells along each axis. With enough points at least half of them are used.
 const MAX_CELLS_PER_AXIS: i64 = 48;
 /// Smallest extent of an axis, in its unit.
 const SMALLEST_AXIS_EXTENT: f64 = 1e-9;
-/// Number of points of the law for each direction.
+/// Number of points of the friction law for each direction of motion.
 const LAW_POINTS_PER_SIDE: usize = 60;
 
-/// Points of a plane, thinned by a grid whose cell size grows with the extent of the points.
+/// Points (speed, torque), thinned by a grid. The cell size grows with the extent of the points.
 #[derive(Clone, Debug, Default)]
 pub struct FrictionCloud {
-    /// The first point of each cell.
+    /// The first point (speed, torque) that fell into each cell, by indices of the cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
-    /// Exponents k of the cell sizes 2^k.
+    /// Exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque|.
     size: (i32, i32),
     range: (f64, f64),
 }
 
 impl FrictionCloud {
-    /// Adds a speed, rad/s (m/s), with the torque of friction there, N m (N).
+    /// Adds a point: a speed, rad/s (m/s), and the friction torque at that speed, N m (N).
     pub fn push(&mut self, speed: f64, torque: f64) {
         if !(speed.is_finite() && torque.is_finite()) {
             return;
@@ -31,7 +31,7 @@ impl FrictionCloud {
         let reach = (self.range.0.max(speed.abs()), self.range.1.max(torque.abs()));
         if reach != self.range {
             self.range = reach;
-            // The grid covers the extent to both sides.
+            // The grid covers positive and negative values.
             let exponent =
                 |extent: f64| (2.0 * extent.max(SMALLEST_AXIS_EXTENT) / MAX_CELLS_PER_AXIS as f64).log2().ceil() as i32;
             let size = (exponent(reach.0), exponent(reach.1));
@@ -55,10 +55,10 @@ impl FrictionCloud {
     }
 }
 
-/// The friction of joint j at speeds from -speed to speed, rad/s (m/s), without load and acceleration: points (speed,
-/// torque in N m (N)). Empty without friction.
+/// The friction law of joint j at speeds from -speed to speed, rad/s (m/s), without load and acceleration: points (speed,
+/// torque in N m (N)). Empty if the model has no friction.
 ///
-/// `x`: the parameters after the base parameters.
+/// `x`: the parameters that follow the base parameters.
 pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
     let terms: Vec<FrictionTerm> = model.friction.to_vec();
     let per_joint = columns_of(&terms, j);
@@ -79,7 +79,8 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
         }
         (dq, torque)
     };
-    // Points are dense near rest, for the Stribeck effect. There is no point at rest, where dry friction jumps.
+    // Points are dense near zero speed, to show the Stribeck effect. There is no point at zero speed, where dry friction
+    // jumps.
     let side =
         |s: f64| (1..=LAW_POINTS_PER_SIDE).map(move |i| s * speed * (i as f64 / LAW_POINTS_PER_SIDE as f64).powi(2));
     side(-1.0).collect::<Vec<_>>().into_iter().rev().chain(side(1.0)).map(at).collect()
@@ -100,7 +101,7 @@ mod tests {
             cloud.push(speed, 0.3 * speed + speed.signum() + 0.05 * random.normal());
         }
         let points = cloud.points();
-        // The points fill the cells along a line, at least one in each column of cells.
+        // The points lie on a line, with at least one point in each column of cells.
         let (cells, count) = (MAX_CELLS_PER_AXIS as usize, points.len());
         assert!((cells / 2..20 * cells).contains(&count), "{count}");
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));

@@ -1,13 +1,14 @@
-//! Partial leverage of rows, and correlation of parameters.
+//! Partial leverage of rows on parameters, and correlation of parameters.
 //!
 //! ```text
 //! C = (W'W)^-1,  W the rows weighted by joint          p x p
 //! rho_ij = C_ij / sqrt(C_ii C_jj)                      correlation of two parameters
 //! s_ik = (C w_i)_k^2 / C_kk                            partial leverage of row i on parameter k; the sum over rows is 1
 //! ```
-//! (C w_i)_k is the entry of the pseudo-inverse by which row i enters x_k. s_ik is also the squared entry in row i of column
-//! k after projection onto the complement of the other columns, over the sum of these squares [Belsley, Kuh, Welsch 1980]. A
-//! row in which column k is a combination of the others has no leverage on parameter k.
+//! w_i: row i of W. (C w_i)_k is the entry of the pseudo-inverse by which row i enters x_k. s_ik can also be found from
+//! column k after projection onto the complement of the other columns: it is the squared entry in row i over the sum of the
+//! squares [Belsley, Kuh, Welsch 1980]. If column k of a row is a combination of its other columns, the row has no leverage
+//! on parameter k.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
@@ -18,39 +19,40 @@ use numerics::triangle::Triangle;
 use crate::estimate::options::Options;
 use crate::estimators::weighted::fit;
 
-/// Number of intervals of the time axis.
+/// Number of intervals into which the time axis is divided.
 pub const PARTS_OF_TIME: usize = 48;
-/// Approximate largest number of examined samples; of a longer log every k-th is used.
+/// Approximate largest number of examined samples. If a log is longer, every k-th sample is used.
 const MAX_EXAMINED_SAMPLES: usize = 4000;
 
-/// Correlations of the determined parameters, and partial leverage of the rows.
+/// Correlations of the identifiable parameters, and partial leverage of the rows on them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Information {
-    /// The parameters that are determined.
+    /// The p parameters that the data determine.
     pub parameters: Vec<ParameterId>,
-    /// Correlations rho_ij, i > j, row by row.
+    /// Correlations rho_ij for i > j, row by row.
     pub correlation: Vec<f64>,
-    /// Sum of the partial leverages s_ik by parameter, joint and interval of the time axis: p x n x [`PARTS_OF_TIME`].
+    /// Sums of the partial leverages s_ik: for each parameter, joint and interval of the time axis, p x n x
+    /// [`PARTS_OF_TIME`]. For each parameter all sum to 1.
     pub shares: Vec<f64>,
     /// Length of the time axis, s.
     pub duration: f64,
-    /// Step between examined samples.
+    /// Step k: every k-th sample is examined.
     pub every: usize,
 }
 
-/// The sums over rows of logs.
+/// The state of a computation of [`Information`], record by record.
 pub(super) struct InformationSums {
     columns: Vec<usize>,
-    /// C, row by row.
+    /// The matrix C, row by row.
     inverse: Vec<f64>,
-    /// Weights by joint.
+    /// Weights of the rows, one per joint.
     weights: Vec<f64>,
     found: Information,
     instant: usize,
 }
 
 impl InformationSums {
-    /// Empty sums with C from the triangles by joint of all logs; `duration`: length of the time axis, s.
+    /// Empty sums, with C from the triangles of the joints of all logs. `duration`: length of the time axis, s.
     pub(super) fn new(model: &Model, joints: &[Triangle], options: &Options, duration: f64) -> InformationSums {
         let (Solution { determined, inverse, .. }, weights) = fit(joints, options.weights);
         let p = model.p();
@@ -69,7 +71,7 @@ impl InformationSums {
         InformationSums { columns, inverse, weights, found, instant: 0 }
     }
 
-    /// Adds a record; `shift`: from its time to the common axis, s.
+    /// Adds a record. `shift`: to add to its times to get the common time axis, s.
     pub(super) fn add(&mut self, model: &Model, states: &States, shift: f64) {
         let (n, p) = (model.n(), model.p());
         for r in 0..states.len() {
@@ -98,7 +100,7 @@ impl InformationSums {
         }
     }
 
-    /// The partial leverages of the examined rows, normalised to a sum of 1.
+    /// Returns the result, with the partial leverages of each parameter normalised to a sum of 1.
     pub(super) fn finish(self) -> Information {
         let mut found = self.found;
         let of_parameter = found.shares.len() / found.parameters.len().max(1);
@@ -116,8 +118,8 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
-    /// With all rows examined the leverages sum to 1 before normalisation. They equal the squares of the column after
-    /// projection onto the complement of the others.
+    /// If all rows are examined, the leverages sum to 1 even before normalisation. They equal the squares of the column
+    /// after projection onto the complement of the other columns.
     #[test]
     fn shares_are_those_of_the_column_without_the_others() {
         let arm = Pendulum::new();

@@ -1,10 +1,10 @@
-//! Plot data of logs and of their prediction by an estimate, by joint, of limited size for logs of any length.
+//! Plot data of logs and of their prediction by an estimate, for each joint; of limited size for logs of any length.
 //!
-//! Torques over time are the smallest and the largest value of each of some hundred spans ([`envelope`]). Friction is one
-//! point per cell of a grid ([`friction_cloud`]). The residual also has its spectrum ([`spectrum`]) and its autocorrelation
-//! (`estimate::autocorrelation`). [`mod@split`] computes the components of a joint's torque, and [`series`] writes measured
-//! and predicted torques sample by sample. [`motion_plot_data`] contains plot data of a planned exciting motion, and
-//! [`information`] the leverage of rows on parameters.
+//! Torques over time are stored as the smallest and the largest value of each of several hundred spans ([`envelope`]).
+//! Friction is stored as one point per cell of a grid ([`friction_cloud`]). The residual also has its spectrum
+//! ([`spectrum`]) and its autocorrelation (`estimate::autocorrelation`). [`mod@split`] computes the components of a joint's
+//! torque, and [`series`] writes measured and predicted torques sample by sample. [`motion_plot_data`] contains plot data of
+//! a planned exciting motion, and [`information`] the leverage of rows on parameters.
 
 pub mod envelope;
 pub mod friction_cloud;
@@ -33,7 +33,7 @@ use crate::signals::records::{Records, SourceRecords};
 /// Gap between two logs on their common axis, as a share of the duration of all logs.
 const GAP_BETWEEN_LOGS_SHARE: f64 = 0.01;
 
-/// Number of spans of a line over time, summed over all joints: enough to zoom into a short log.
+/// Total number of spans of one kind of line over all joints: enough to zoom into a short log.
 const SPANS_OF_ALL_JOINTS: usize = 12_000;
 /// Largest number of spans of a line over time.
 const MOST_SPANS_PER_LINE: usize = 4000;
@@ -43,7 +43,7 @@ const MOST_SPANS_PER_LINE: usize = 4000;
 pub struct PlotData {
     /// The logs on a common time axis, one after the other.
     pub logs: Vec<LogSpan>,
-    /// One per coordinate.
+    /// Plot data of each joint, one per coordinate.
     pub joints: Vec<JointPlotData>,
     /// Number of samples of each joint, after decimation.
     pub samples: usize,
@@ -51,7 +51,7 @@ pub struct PlotData {
     pub information: Information,
 }
 
-/// The interval of a log on the common time axis.
+/// The interval that a log takes on the common time axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogSpan {
     /// Name of the log, as the user gave it.
@@ -62,29 +62,29 @@ pub struct LogSpan {
     pub to: f64,
 }
 
-/// Plot data of one joint, with torques in N m (N), filtered as for the fit.
+/// Plot data of one joint. Torques are in N m (N) and filtered as for the fit.
 #[derive(Clone, Debug, Default)]
 pub struct JointPlotData {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Unit of its torque.
+    /// Unit of the joint's torque.
     pub unit: String,
-    /// Whether it is prismatic.
+    /// Whether the joint is prismatic.
     pub is_prismatic: bool,
-    /// The measured torque over the common time axis, s.
+    /// The measured torque over the common time axis.
     pub measured: Envelope,
-    /// The predicted torque: Y X, friction and couplings.
+    /// The predicted torque over time: Y X, friction and couplings.
     pub predicted: Envelope,
-    /// The nominal torque with fitted friction; `None` where the description has no inertials. This line, measured and
-    /// predicted torque, residual and position have equal spans in all joints.
+    /// The nominal torque with fitted friction over time; `None` if the description has no inertials. This line, measured
+    /// and predicted torque, residual and position have equal spans in all joints.
     pub nominal: Option<Envelope>,
-    /// Measured minus predicted torque; NaN in unused rows.
+    /// The residual over time: measured minus predicted torque; NaN in unused rows.
     pub residual: Envelope,
     /// The position over time, rad (m).
     pub course: Envelope,
-    /// Torques of inertia, Coriolis and centrifugal, gravity, friction over time.
+    /// Components of the torque over time: inertia, Coriolis and centrifugal, gravity, friction.
     pub parts: [Envelope; 4],
-    /// Root mean squares of these components.
+    /// Root mean squares of the components, in the order of `parts`.
     pub part_rms: [f64; 4],
     /// Root mean square of the measured torque.
     pub torque_rms: f64,
@@ -96,26 +96,27 @@ pub struct JointPlotData {
     pub speed: f64,
     /// Largest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Largest measured torque.
+    /// Largest magnitude of the measured torque.
     pub effort: f64,
-    /// Spectrum of the residual: pairs of Hz and N m/sqrt(Hz).
+    /// Spectrum of the residual: pairs (Hz, N m/sqrt(Hz)).
     pub residual_spectrum: Vec<(f64, f64)>,
-    /// Spectrum of the measured torque: pairs of Hz and N m/sqrt(Hz).
+    /// Spectrum of the measured torque: pairs (Hz, N m/sqrt(Hz)).
     pub torque_spectrum: Vec<(f64, f64)>,
-    /// Level of the measured torque far above the cut-off, where there is no motion, N m/sqrt(Hz); `None` where the log
-    /// has no content there.
+    /// Noise of the measured torque: level of its spectrum far above the cut-off, where there is no motion, N m/sqrt(Hz).
+    /// `None` if the log has no content there.
     pub noise: Option<f64>,
-    /// Autocorrelation of the residual: pairs of lag, s, and rho.
+    /// Autocorrelation of the residual: pairs (lag in s, rho).
     pub autocorrelation: Vec<(f64, f64)>,
-    /// Half width of the 95 % band of rho of white noise.
+    /// Half width of the 95 % interval in which rho lies if the residual is white noise.
     pub autocorrelation_band: f64,
-    /// Measured torque minus inertia, Coriolis, centrifugal and gravity: pairs of rad/s and N m.
+    /// Measured friction: pairs (speed in rad/s, torque in N m). The torque is measured minus inertia, Coriolis, centrifugal
+    /// and gravity torques.
     pub friction: Vec<(f64, f64)>,
-    /// The friction law of the estimate: pairs of rad/s and N m.
+    /// The friction law of the estimate: pairs (speed in rad/s, torque in N m).
     pub friction_law: Vec<(f64, f64)>,
 }
 
-/// The sums and series of one joint over logs.
+/// The sums and lines of one joint while logs are read.
 struct Gathered {
     plot_data: JointPlotData,
     squares: [f64; 6],
@@ -126,10 +127,10 @@ struct Gathered {
     torque_spectrum: Spectrum,
 }
 
-/// Plot data of logs predicted with parameters `x` of the linear model. `options`: of the estimate, with its cut-off;
-/// `nominal`: base parameters of the description.
+/// Makes the plot data of logs that parameters `x` of the linear model predict. `options`: options of the estimate, with its
+/// cut-off; `described`: nominal base parameters, if known.
 ///
-/// Fails when a log cannot be read.
+/// Fails if a log cannot be read.
 pub fn plot_data(
     model: &Model,
     x: &[f64],
@@ -153,7 +154,7 @@ pub fn plot_data(
         let (mut begin, mut to) = (None, from);
         records.each(&mut |states| {
             let Some(first) = states.t.first() else { return };
-            // A log comes block by block; its first sample is the start of its interval.
+            // A log is read block by block; its first sample is the start of its interval.
             let shift = from - *begin.get_or_insert(*first);
             joints.iter_mut().for_each(|joint| joint.begin(states.period));
             let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
@@ -187,7 +188,7 @@ pub fn plot_data(
     Ok(plot_data)
 }
 
-/// The rows of all logs as triangles by joint.
+/// The rows of all logs, as one triangle (R of QR) per joint.
 fn rows(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Vec<Triangle>, Error> {
     let records = SourceRecords::new(model.regressor, logs, &options.preparation())?;
     Ok(Observation::of_records(model, &records, None)?.joints(|_| true))
@@ -221,7 +222,7 @@ impl Gathered {
         }
     }
 
-    /// Starts a record, which breaks the lines; `period` in s.
+    /// Starts a record, which breaks the lines. `period`: sample time, s.
     fn begin(&mut self, period: f64) {
         let joint = &mut self.plot_data;
         let together = [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course];
@@ -255,7 +256,7 @@ impl Gathered {
             self.cloud.push(torque.dq, torque.measured - torque.rigid());
             self.residual_spectrum.push(residual);
         } else {
-            // A gap would be an edge in the spectrum, so unused rows count as a residual of zero.
+            // A gap would cause a jump that distorts the spectrum, so the residual of an unused row is set to zero.
             self.residual_spectrum.push(0.0);
         }
     }

@@ -1,7 +1,8 @@
 //! Plot data of an exciting motion: coordinates over time with their limits, torques, and the path of the tip.
 //!
-//! Torques are defined as in a certificate: tau = Y X + FV dq + OFF. Dry friction is not part of them, because it is
-//! subtracted from their bounds. It is part of the power of a drive: tau dq + FS |dq|.
+//! Torques are defined as in a certificate: tau = Y X + FV dq + OFF (FV: viscous friction, OFF: offset). Coulomb friction FS
+//! is not included, because it is subtracted from the bounds of the torque. The power of a drive includes it:
+//! tau dq + FS |dq|.
 
 use claims::LeftOut;
 use experiments::excitation::artefact::ExcitingMotion;
@@ -15,50 +16,50 @@ use robot::{Pose, Robot};
 
 use crate::plot_data::envelope::Envelope;
 
-/// Number of samples per period: dozens per harmonic.
+/// Number of samples per period of the motion: dozens per harmonic.
 const SAMPLES_PER_PERIOD: usize = 240;
 /// Least number of samples of a motion.
 const MIN_SAMPLES_PER_MOTION: usize = 720;
 
-/// Plot data of a motion.
+/// Plot data of an exciting motion.
 #[derive(Clone, Debug)]
 pub struct MotionPlotData {
-    /// One per coordinate.
+    /// Lines over time of each joint, one per coordinate.
     pub joints: Vec<JointCourse>,
     /// Times inside the motion at which periods start and end, s.
     pub borders: Vec<f64>,
-    /// Path of the tip in the first period and the blends; `None` where positions of links are unknown.
+    /// Path of the tip in the first period and the blends; `None` if positions of links are unknown.
     pub tip: Option<EndEffectorPath>,
-    /// The limits with their proofs.
+    /// The certificate: each limit with its proof.
     pub certificate: Vec<CertificateRow>,
-    /// Further notes, in sentences.
+    /// Further notes on the motion, in sentences.
     pub notes: Vec<String>,
     /// Properties that the certificate does not cover.
     pub left_out: Vec<LeftOut>,
-    /// Height of the floor, m.
+    /// Height of the floor, m; `None` if unknown.
     pub floor: Option<f64>,
-    /// The lowest point of the links that move.
+    /// The lowest point that moving links reach; `None` if unknown.
     pub lowest: Option<LowestPoint>,
-    /// Margins of the certificate, and stopping distances.
+    /// Margins of the certificate, and stopping distances; `None` if unknown.
     pub margins: Option<Margins>,
-    /// Whether the certificate was computed from the motion and the model, and not read from a file.
+    /// Whether the certificate was computed from the motion and the model, not read from a file.
     pub is_found_anew: bool,
 }
 
-/// A coordinate over time.
+/// One coordinate, its limits and its quantities over time.
 #[derive(Clone, Debug)]
 pub struct JointCourse {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Whether it is prismatic; `None`: unknown without the model.
+    /// Whether the joint is prismatic; `None` if unknown because there is no model.
     pub is_prismatic: Option<bool>,
-    /// The enforced limits.
+    /// The limits that the motion respects.
     pub limits: CoordinateLimits,
-    /// By kind of limit: position, velocity, acceleration, jerk; then torque and power where they are known.
+    /// Lines over time, with the kind of each: position, velocity, acceleration, jerk; then torque and power if known.
     pub positions: Vec<(LimitKind, Envelope)>,
 }
 
-/// The path of a point of the robot in the base frame, m.
+/// The path of the tip of the robot in the base frame, m.
 #[derive(Clone, Debug)]
 pub struct EndEffectorPath {
     /// Name of the link or frame.
@@ -74,20 +75,20 @@ pub struct KnownRobot<'a> {
     pub robot: &'a Robot,
     /// The base regressor.
     pub regressor: &'a dyn Regressor,
-    /// Base parameters; `None`: torques are unknown.
+    /// Base parameters; `None` if torques are unknown.
     pub parameters: Option<&'a [f64]>,
     /// Nominal friction, one per coordinate.
     pub friction: &'a [NominalFriction],
 }
 
 impl MotionPlotData {
-    /// Plot data of an artefact, with its own certificate and notes.
+    /// Makes the plot data of an exciting motion read from a file, with its own certificate and notes, without a model.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPlotData {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
         MotionPlotData::new(artefact, motion, limits, None).with_certificate_of(artefact)
     }
 
-    /// This plot data with the certificate and notes of an artefact.
+    /// Takes over the certificate and notes of an exciting motion read from a file.
     pub fn with_certificate_of(self, artefact: &ExcitingMotion) -> MotionPlotData {
         let claims = artefact.claims();
         let said = artefact.checksum.said().map(str::to_string).into_iter();
@@ -102,13 +103,14 @@ impl MotionPlotData {
         }
     }
 
-    /// The certificate with the properties that it does not cover.
+    /// The claims of the certificate, with the properties that it does not cover.
     pub fn claims(&self) -> MotionClaims<'_> {
         let (rows, left_out) = (&self.certificate, &self.left_out);
         MotionClaims { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
     }
 
-    /// Plot data of a motion and a robot, without certificate and notes; `limits`: one per coordinate.
+    /// Makes the plot data of a motion, without certificate and notes. `limits`: one per coordinate; `known`: the robot, or
+    /// `None` without a model.
     pub fn new(
         artefact: &ExcitingMotion,
         motion: &Motion,
@@ -145,7 +147,7 @@ impl MotionPlotData {
                     course.push(t, value);
                 }
             }
-            // Other periods have the same path.
+            // The path repeats in all other periods.
             if let Some(tip) = tip.as_ref().filter(|_| t <= blend + period || t >= duration - blend) {
                 points.push(tip.place(&state.iter().map(|x| x[0]).collect::<Vec<_>>()));
             }
@@ -166,7 +168,8 @@ impl MotionPlotData {
     }
 }
 
-/// The quantities that are drawn of a coordinate; the power only where it is limited.
+/// The quantities of a coordinate that are drawn. The torque is drawn only if parameters are known, the power only if it is
+/// also limited.
 fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind> {
     let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
     if known.is_some_and(|known| known.parameters.is_some()) {
@@ -176,7 +179,7 @@ fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind>
     kinds
 }
 
-/// By coordinate, the torque without dry friction, N m (N), and the power with it, W; `None` without parameters.
+/// For each coordinate, [torque without dry friction, N m (N); power with dry friction, W]. `None` without parameters.
 fn torques(known: &KnownRobot, state: &[[f64; 4]]) -> Option<Vec<[f64; 2]>> {
     let parameters = known.parameters?;
     let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
@@ -191,7 +194,7 @@ fn torques(known: &KnownRobot, state: &[[f64; 4]]) -> Option<Vec<[f64; 2]>> {
     Some(y.chunks_exact(parameters.len().max(1)).enumerate().map(one).collect())
 }
 
-/// The tip of the longest chain of joints.
+/// The tip of the robot: a frame at the end of the longest chain of joints.
 struct EndEffector<'a> {
     robot: &'a Robot,
     link: usize,
@@ -200,7 +203,8 @@ struct EndEffector<'a> {
 }
 
 impl<'a> EndEffector<'a> {
-    /// The last frame that the file fixes to the last link, or the frame of the link; `None` for a robot with passive joints.
+    /// Finds the tip: the last frame that is fixed to the last link, or the frame of that link. `None` if the robot has
+    /// passive joints.
     fn of(robot: &'a Robot) -> Option<EndEffector<'a>> {
         if !robot.passive.is_empty() {
             return None;
@@ -215,7 +219,7 @@ impl<'a> EndEffector<'a> {
         Some(EndEffector { robot, link, place, name })
     }
 
-    /// The position of the tip in the base frame, m.
+    /// The position of the tip in the base frame at joint positions q, m.
     fn place(&self, q: &[f64]) -> [f64; 3] {
         self.robot.link_poses(q)[self.link].compose(&self.place).position
     }

@@ -1,4 +1,4 @@
-//! Measured and predicted torques sample by sample.
+//! Writes measured and predicted torques, sample by sample.
 
 use std::fmt::Write;
 
@@ -12,19 +12,19 @@ use crate::signals::records::{Records, SourceRecords};
 /// The torques of a log over time, filtered and decimated as for the fit: rows of n joints, N m (N).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TorqueSeries {
-    /// The log, as the user named it.
+    /// Name of the log, as the user gave it.
     pub name: String,
     /// Time by the clock of the log, s, one per sample.
     pub t: Vec<f64>,
-    /// Measured torque tau, one row per sample.
+    /// Measured torques tau, n values per sample.
     pub measured: Vec<f64>,
-    /// Predicted torque W X, one row per sample; NaN in unused rows, where a joint is at standstill.
+    /// Predicted torques W X, n values per sample. NaN in unused rows, that is, if the joint is at standstill.
     pub predicted: Vec<f64>,
 }
 
-/// The torque series of logs, predicted with parameters `x`.
+/// Makes the torque series of logs, one per log, predicted with parameters `x`.
 ///
-/// Fails when a log cannot be read.
+/// Fails if a log cannot be read.
 pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
     let of_log = |log: &LogSource| {
         let mut series = TorqueSeries { name: log.name(), t: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
@@ -47,8 +47,8 @@ pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -
     logs.iter().map(of_log).collect()
 }
 
-/// The series as CSV: `log`, `t`, and for each coordinate `measured_` and `predicted_`. The prediction of unused rows is
-/// empty.
+/// Writes the series as CSV with the columns `log`, `t`, and `measured_..` and `predicted_..` for each coordinate. The
+/// prediction of unused rows is empty.
 pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String {
     let mut text = "log,t".to_string();
     // Writing to a String never fails.
@@ -74,9 +74,10 @@ pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String 
     text
 }
 
-/// The series as Parquet with the columns of [`series_to_csv`], in full precision; predictions of unused rows are absent.
+/// Writes the series as Parquet with the columns of [`series_to_csv`], in full precision. Predictions of unused rows are
+/// absent.
 ///
-/// Fails where two coordinates have one name.
+/// Fails if two coordinates have equal names.
 pub fn series_to_parquet(series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Error> {
     let names = series.iter().flat_map(|one| std::iter::repeat_n(one.name.as_str(), one.t.len())).collect();
     let times = series.iter().flat_map(|one| one.t.iter().copied()).collect();

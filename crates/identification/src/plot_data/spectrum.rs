@@ -1,10 +1,10 @@
 //! The spectrum of a signal, averaged over short segments, and the noise of measured torques.
 //!
-//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2, with the Hann window h, is averaged over segments of
-//! `SAMPLES_PER_SEGMENT` samples with an overlap of half [Welch 1967]. The result is sqrt(S), in the unit of the signal over
-//! sqrt(Hz).
+//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2, with the signal e, the sample time T and the Hann window
+//! h, is averaged over segments of `SAMPLES_PER_SEGMENT` samples with an overlap of half [Welch 1967]. The result is
+//! sqrt(S), in the unit of the signal over sqrt(Hz).
 //!
-//! Bins of records with different rates have different frequencies. They are summed separately, and the result is the
+//! Records with different sampling rates have bins at different frequencies. They are summed separately. The result is the
 //! spectrum of the rate with the most segments.
 
 use std::sync::Arc;
@@ -14,30 +14,31 @@ use numerics::fft::RealToComplex;
 
 use crate::estimate::options::Options;
 
-/// Sample times with a smaller relative difference count as one rate: the frequencies of bins differ by less than 1 %.
+/// Two sample times count as equal if their relative difference is smaller. Then the frequencies of bins differ by less than
+/// 1 %.
 const EQUAL_RATE_TOLERANCE: f64 = 0.01;
 
 /// Number of samples of a segment.
 const SAMPLES_PER_SEGMENT: usize = 256;
 
-/// The noise is measured above this multiple of the cut-off.
+/// The noise is measured at frequencies above this multiple of the cut-off.
 const NOISE_CUTOFF_RATIO: f64 = 2.0;
-/// Least number of bins from which the noise is measured.
+/// Least number of frequency bins from which the noise is measured.
 const MIN_NOISE_BINS: usize = 8;
 
-/// An averaged spectrum.
+/// An averaged spectrum, computed sample by sample.
 pub struct Spectrum {
     transform: Arc<dyn RealToComplex<f64>>,
     window: Vec<f64>,
     held: Vec<f64>,
     rates: Vec<Sums>,
-    /// Index of the rate of the current record.
+    /// Index in `rates` of the sampling rate of the current record.
     current: usize,
 }
 
-/// Sums over the segments of one rate.
+/// Sums over the segments of all records with one sampling rate.
 struct Sums {
-    /// Time between samples of the first record of this rate, s.
+    /// Sample time of the first record with this rate, s.
     period: f64,
     bins: Vec<f64>,
     stretches: usize,
@@ -88,9 +89,9 @@ impl Spectrum {
         self.held.drain(..SAMPLES_PER_SEGMENT / 2);
     }
 
-    /// Pairs of frequency, Hz, and root of the density, without the mean; empty without a complete segment.
+    /// The spectrum: pairs (frequency in Hz, root of the density), without the mean; empty if there is no complete segment.
     pub fn density(&self) -> Vec<(f64, f64)> {
-        // The first rate with the most segments.
+        // The rate with the most segments (the first one if several are equal).
         let most = self.rates.iter().reduce(|a, b| if b.stretches > a.stretches { b } else { a });
         let Some(Sums { period, bins, stretches }) = most.filter(|sums| sums.stretches > 0) else { return Vec::new() };
         let power: f64 = self.window.iter().map(|h| h * h).sum();
@@ -100,12 +101,12 @@ impl Spectrum {
     }
 }
 
-/// The median root density of each measured torque above twice the cut-off, N m/sqrt(Hz); `None` where the rate of the
-/// log is too low.
+/// The noise of each measured torque: the median root of its spectral density above twice the cut-off, N m/sqrt(Hz). `None`
+/// if the sampling rate of the log is too low.
 ///
-/// It is the noise of the torque where the driver has not filtered it.
+/// This is the true noise only if the driver has not filtered the torque.
 ///
-/// Fails where a log does not fit the transmission.
+/// Fails if a log does not match the transmission.
 pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {
     let cutoff = options.signal.cutoff.unwrap_or(0.0);
     let mut spectra: Vec<Spectrum> = Vec::new();
@@ -126,7 +127,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
             LogSource::Streamed(stream) => stream.each(&mut add)?,
         }
     }
-    // Above the cut-off there is no motion; the median ignores single spectral lines, such as mains hum.
+    // Above the cut-off there is no motion. The median ignores single spectral lines, such as mains hum.
     let level = |spectrum: &Spectrum| {
         let mut above: Vec<f64> = spectrum
             .density()
@@ -145,7 +146,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// White noise of variance s^2 has the density 2 s^2 T, and a sine has its peak at its own frequency.
+    /// White noise of variance s^2 and sample time T has the density 2 s^2 T. A sine has its peak at its own frequency.
     #[test]
     fn noise_is_flat_and_a_sine_is_a_peak() {
         let mut random = Random::new(2);
@@ -154,8 +155,8 @@ mod tests {
         spectrum.begin(period);
         (0..100_000).for_each(|_| spectrum.push(sigma * random.normal()));
         let expected = (2.0 * sigma * sigma * period).sqrt();
-        // About eight hundred segments give the square of a bin to 1/sqrt(800). The first bin is lower because the mean is
-        // subtracted.
+        // With about eight hundred segments, the relative error of a squared bin is 1/sqrt(800). The first bin is lower
+        // because the mean is subtracted.
         for (hz, root) in &spectrum.density()[1..127] {
             assert!((root / expected - 1.0).abs() < 0.1, "{hz} {root} {expected}");
         }
@@ -180,7 +181,7 @@ mod tests {
         let alone = of(&[(0.002, 0.3, 100_000)]);
         assert_eq!(of(&[(0.002, 0.3, 100_000), (0.01, 9.0, 20_000)]), alone);
         let after = of(&[(0.01, 9.0, 20_000), (0.002, 0.3, 100_000)]);
-        // Other draws of the same noise: each bin is known to 1/sqrt(4 * 800).
+        // The two spectra are from different random noise: each bin is known to 1/sqrt(4 * 800).
         assert!(after.iter().zip(&alone).all(|(a, b)| a.0 == b.0 && (a.1 / b.1 - 1.0).abs() < 0.15), "{after:?}");
         assert_ne!(of(&[(0.002, 0.3, 100_000), (0.002001, 0.3, 20_000)]), alone);
     }

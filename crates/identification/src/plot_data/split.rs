@@ -1,39 +1,41 @@
-//! The components of a torque, sample by sample.
+//! Splits a torque into components, sample by sample.
 //!
 //! ```text
 //! gravity  Y(q, 0, 0) X        Coriolis and centrifugal  Y(q, dq, 0) X - Y(q, 0, 0) X
 //! inertia  Y(q, dq, ddq) X - Y(q, dq, 0) X               friction  the columns beyond the base parameters
 //! ```
-//! A rotor inertia among the friction columns counts as inertia. The torque of a coupled motor counts as friction.
+//! If a rotor inertia is among the friction columns, its torque counts as inertia. The torque of a coupled motor counts as
+//! friction.
 
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Names of the components, in their order.
+/// Names of the components of a torque, in the order of `JointTorque::parts`.
 pub const TORQUE_PART_NAMES: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];
 
-/// One joint at one sample: torques in N m (N), position in rad (m) and its rates.
+/// Motion and torques of one joint at one sample. Torques are in N m (N), the position in rad (m), its derivatives per s and
+/// s^2.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointTorque {
-    /// Position.
+    /// Position, rad (m).
     pub q: f64,
-    /// Velocity.
+    /// Velocity, rad/s (m/s).
     pub dq: f64,
-    /// Acceleration.
+    /// Acceleration, rad/s^2 (m/s^2).
     pub ddq: f64,
     /// The measured torque.
     pub measured: f64,
-    /// Torques of inertia, Coriolis and centrifugal, gravity, friction.
+    /// Components of the predicted torque: inertia, Coriolis and centrifugal, gravity, friction.
     pub parts: [f64; 4],
-    /// The nominal torque with fitted friction; NaN where the description has no inertials.
+    /// The nominal torque with fitted friction; NaN if the description has no inertials.
     pub described: f64,
-    /// Whether the row is used; at standstill a joint may be held by stiction.
+    /// Whether the row is used. It is not used at standstill, where stiction may hold the joint.
     pub counts: bool,
 }
 
 impl JointTorque {
-    /// The torque that the parameters predict.
+    /// The predicted torque: sum of the components.
     pub fn predicted(&self) -> f64 {
         self.parts.iter().sum()
     }
@@ -43,14 +45,14 @@ impl JointTorque {
         self.measured - self.predicted()
     }
 
-    /// The torque without friction.
+    /// The predicted torque without friction.
     pub fn rigid(&self) -> f64 {
         self.parts[..3].iter().sum()
     }
 }
 
-/// Splits the torques of a record under parameters `x`; `take(r, joints)` is called with the joints of sample r. `described`:
-/// nominal values for each column.
+/// Splits the torques that parameters `x` predict for a record. `take(r, joints)` is called for each sample r with its
+/// joints. `described`: nominal value for each column of the model.
 pub fn split(
     model: &Model,
     x: &[f64],
@@ -65,7 +67,7 @@ pub fn split(
     let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
     model.rows(states, 0..states.len(), |r, w| {
         let at = r * n..(r + 1) * n;
-        // Two inputs: at rest, and with velocities but without accelerations.
+        // Two inputs for the regressor: at rest, and with velocities but without accelerations.
         inputs[..n].copy_from_slice(&states.q[at.clone()]);
         inputs[3 * n..4 * n].copy_from_slice(&states.q[at.clone()]);
         inputs[4 * n..5 * n].copy_from_slice(&states.dq[at]);
@@ -91,7 +93,7 @@ pub fn split(
     });
 }
 
-/// The column of a rotor inertia among the friction of each joint.
+/// For each joint, the index of the column of its rotor inertia; `None` if the model has no such column.
 fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
     let rotor = model.friction.iter().position(|t| *t == FrictionTerm::Rotor);
     let base = model.regressor.parameters().len();
@@ -117,7 +119,7 @@ mod tests {
             let (q, dq, ddq) = (states.q[r], states.dq[r], states.ddq[r]);
             let expected = [(zz + ia) * ddq, 0.0, 9.81 * (mx * q.cos() - my * q.sin()), fv * dq];
             for (part, expected) in torques[0].parts.iter().zip(expected) {
-                // Sums of three products of numbers below fifty.
+                // Tolerance: rounding of sums of three products of numbers below fifty.
                 assert!((part - expected).abs() < 1e-12, "{part} {expected}");
             }
             assert!((torques[0].predicted() - torques[0].measured - ia * ddq - fv * dq).abs() < 1e-12);

@@ -1,21 +1,23 @@
-//! Typical magnitudes of the columns of a regressor when all joints move, as a reference for the columns of a record.
+//! Typical magnitudes of the columns of a regressor when all joints move. They are the reference for the columns of a
+//! record.
 //!
-//! Columns of a joint at standstill are zero up to rounding, 1e-16 of their typical magnitude. Least squares scales columns
-//! to unit norm, so rounding would determine their parameters.
+//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares
+//! scales columns to unit norm, so without this reference rounding would determine their parameters.
 
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column below this share of its typical magnitude is neglected. With rounding of 1e-15 a larger column has seven digits.
-/// Right angles with six digits in a log give 1e-7 and more: such a small column is small in every block, and is kept.
+/// A column is neglected if it is below this share of its typical magnitude. With rounding of 1e-15, a larger column has at
+/// least seven correct digits. If right angles are written with six digits in a log, columns are 1e-7 or more: such a small
+/// column is small in every block, and is kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
-/// Number of random states at which columns are evaluated.
+/// Number of random states at which the columns are evaluated.
 const REFERENCE_STATES: usize = 15;
 
-/// The magnitude of each base column: the largest entry over coordinates, median over random states in which every joint
-/// moves at up to this speed, rad/s (m/s), and acceleration, rad/s^2 (m/s^2). Near a singularity of a loop a column has no
-/// upper bound, which does not change the median; a state at which no loop closes counts as zero.
+/// The typical magnitude of each base column: the largest entry over coordinates, and of it the median over random states.
+/// In these, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). Near a singularity of a
+/// loop a column has no upper bound, but the median is not affected. A state at which no loop closes counts as zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);

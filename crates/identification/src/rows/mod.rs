@@ -1,4 +1,4 @@
-//! From states to triangles: the observation matrix, block by block.
+//! Reduces states to triangles: the observation matrix, block by block.
 
 mod column_sizes;
 pub mod observation;

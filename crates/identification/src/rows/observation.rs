@@ -1,10 +1,10 @@
-//! The observation matrix W, block by block: the rows of many samples are reduced to one triangle per joint.
+//! The observation matrix W, block by block: the rows of many samples are reduced to one triangle (R of QR) per joint.
 //!
 //! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j. The parameters are the base parameters, then the friction of each
 //! joint, then the couplings of the transmission. W is never stored: blocks of 128 rows, without zero columns, are computed
-//! and folded into the triangle while they are in the cache. The triangle of a joint has only the columns that its torque
-//! can depend on. Rows of different joints are separate, so weights by joint need no second pass. Contiguous blocks of
-//! the record are separate too, so cross-validation needs none either.
+//! and folded into the triangle while they are in the cache. The triangle of a joint has only the columns on which its
+//! torque can depend. Different joints have separate triangles, so weights by joint need no second pass over the data.
+//! Blocks of the record have separate triangles too, so cross-validation needs no second pass either.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -18,19 +18,21 @@ use processor::{in_parallel, threads};
 use crate::rows::column_sizes::{NEGLIGIBLE_COLUMN_SHARE, column_sizes};
 use crate::signals::records::Records;
 
-/// The weight of a row as a function of its residual: `weight(j, tau - W x)`.
+/// Row weights as a function of the residual: `weight(j, tau - W x)` for a row of joint j.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
-    /// Parameters x of the residual.
+    /// Parameters x with which the residual is computed.
     pub x: &'a [f64],
-    /// The factor of a row, from its joint and its residual.
+    /// Function from joint number and residual to the factor of a row.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// With fewer samples, starting threads takes longer than it saves. A log of twenty thousand rows has about so many samples.
+/// With fewer samples than this, starting threads takes longer than it saves. A log of twenty thousand rows has about this
+/// number.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
-/// One triangle per joint of the samples in a range; `least`: rms of base columns up to which they count as zero.
+/// Makes one triangle per joint from the samples in `range`. `weight`: row weights, if any; `least`: base columns with an
+/// rms up to this are set to zero.
 fn part_of_rows(
     model: &Model,
     states: &States,
@@ -80,35 +82,36 @@ fn part_of_rows(
     finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
-/// Rms of the base columns up to which they are neglected: columns of joints at standstill are rounding.
+/// For each base column, the rms up to which it is neglected: columns of joints at standstill contain only rounding.
 fn negligible(model: &Model, states: &States) -> Vec<f64> {
     let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let sizes = column_sizes(model.regressor, most(&states.dq), most(&states.ddq));
     sizes.into_iter().map(|size| NEGLIGIBLE_COLUMN_SHARE * size).collect()
 }
 
-/// The triangles of the rows, by block of the record and by joint, and ranges of the motion.
+/// The triangles of the rows, one per block of the record and joint, and the ranges of the motion.
 #[derive(Clone, Debug, Default)]
 pub struct Observation {
-    /// `parts[k][j]`: block k, joint j.
+    /// The triangles: `parts[k][j]` for block k of the record and joint j.
     pub parts: Vec<Vec<Triangle>>,
-    /// By block, the number of its log.
+    /// For each block, the number of its log.
     pub log_of: Vec<usize>,
     /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
-    /// Largest speed of each coordinate, rad/s (m/s).
+    /// Largest magnitude of the velocity of each coordinate, rad/s (m/s).
     pub speed: Vec<f64>,
-    /// Largest torque of each coordinate, N m (N).
+    /// Largest magnitude of the torque of each coordinate, N m (N).
     pub effort: Vec<f64>,
-    /// Frequency below which 95 % of the energy of each coordinate's velocity lies, in the fastest record, Hz.
+    /// Bandwidth of each coordinate: frequency, Hz, below which 95 % of the energy of its velocity lies, in the fastest
+    /// record.
     pub f95: Vec<f64>,
-    /// Number of samples of each coordinate without a row, because it is at standstill.
+    /// For each coordinate, the number of samples that are not used because it is at standstill.
     pub still: Vec<usize>,
-    /// Cut-off of the first record, Hz.
+    /// Cut-off of the low-pass filter in the first record, Hz.
     pub cutoff: f64,
 }
 
-/// Records whose rows are computed in the first pass over them, because another pass would cost more.
+/// Records with a side task: during the first pass over them, their rows are computed, because another pass would cost more.
 pub struct SinglePass<'a, R: ?Sized> {
     model: &'a Model<'a>,
     records: &'a R,
@@ -138,18 +141,18 @@ impl<R: Records + ?Sized> Records for SinglePass<'_, R> {
     }
 }
 
-/// Largest number of blocks. More blocks are merged in pairs.
+/// Largest number of blocks. If there are more, they are merged in pairs.
 const MAX_BLOCKS: usize = 64;
 
 impl Observation {
-    /// The rows of one record, in `parts` contiguous blocks of equal length.
+    /// Computes the rows of one record, in `parts` contiguous blocks of equal length.
     pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
         Observation::of_rows(model, states, parts, None)
     }
 
-    /// The rows of all records, with weights where given.
+    /// Computes the rows of all records, with row weights if given.
     ///
-    /// Fails when there is no record, or when one cannot be read.
+    /// Fails if there is no record, or if one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         model: &Model,
         records: &R,
@@ -166,9 +169,10 @@ impl Observation {
         all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
     }
 
-    /// Computes the rows of records in the pass that `look` makes over them; `None` where it makes no pass.
+    /// Computes the rows of records during the pass that `look` makes over them, and returns the result of `look` too. The
+    /// rows are `None` if `look` makes no pass.
     ///
-    /// Fails where `of_records` or `look` fails.
+    /// Fails if a record cannot be read, or if `look` fails.
     pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
         model: &Model,
         records: &R,
@@ -179,7 +183,7 @@ impl Observation {
         Ok((found, beside.rows.into_inner()))
     }
 
-    /// The rows of one record in blocks, with weights where given.
+    /// Computes the rows of one record in `parts` blocks, with row weights if given.
     fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
@@ -225,7 +229,7 @@ impl Observation {
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
-    /// Merges each block with the next block of its log; where no log has two blocks, with the next block of any log.
+    /// Merges each block with the next block of its log. If no log has two blocks, blocks of different logs are merged.
     fn merge_pairs(&mut self) {
         let has_pairs = self.log_of.windows(2).any(|pair| pair[0] == pair[1]);
         let all = std::mem::take(&mut self.parts).into_iter().zip(std::mem::take(&mut self.log_of));
@@ -243,7 +247,7 @@ impl Observation {
         }
     }
 
-    /// The numbers of several logs, each with the triangles of its joints; empty where there is one log.
+    /// For each of several logs, its number and the triangles of its joints; empty if there is only one log.
     pub fn logs(&self) -> Vec<(usize, Vec<Triangle>)> {
         let mut numbers = self.log_of.clone();
         numbers.dedup();
@@ -253,13 +257,13 @@ impl Observation {
         numbers.into_iter().map(|log| (log, self.joints(|k| self.log_of[k] == log))).collect()
     }
 
-    /// The observation with only these columns.
+    /// A copy of the observation with only these columns.
     pub fn select(&self, columns: &[usize]) -> Observation {
         let part = |part: &Vec<Triangle>| part.iter().map(|triangle| select(triangle, columns)).collect();
         Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
     }
 
-    /// A copy without the rows.
+    /// A copy without the triangles.
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),
@@ -284,7 +288,7 @@ impl Observation {
     }
 }
 
-/// The merged rows of several blocks, one triangle per joint; empty where there is no block.
+/// Merges several blocks to one triangle per joint; empty if there is no block.
 pub fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> Vec<Triangle> {
     let mut parts = parts.into_iter();
     let mut joints = parts.next().cloned().unwrap_or_default();
@@ -294,7 +298,7 @@ pub fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> V
     joints
 }
 
-/// The triangle of all joints, with the rows of joint j multiplied by `weights[j]`.
+/// Merges the triangles of all joints to one, with the rows of joint j multiplied by `weights[j]`.
 pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
     let mut total = Triangle::new(joints.first().map_or(0, Triangle::columns));
     for (joint, &weight) in joints.iter().zip(weights) {
@@ -325,7 +329,7 @@ mod tests {
     #[test]
     fn parts_are_merged_within_their_log() {
         let (arm, model) = pendulum();
-        // Numbers of logs, and of blocks of each. With more than 64 logs, blocks of two logs are merged.
+        // Pairs (number of logs, number of blocks of each). With more than 64 logs, blocks of two logs are merged.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);

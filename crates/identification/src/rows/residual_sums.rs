@@ -1,4 +1,4 @@
-//! Sums over rows and their residuals e = tau - W x, several of them in one pass.
+//! Computes sums over rows and their residuals e = tau - W x, several kinds of sums in one pass.
 //!
 //! A record is cut into blocks that do not depend on the number of threads. Each block is summed separately, and the sums
 //! are appended in the order of the blocks.
@@ -13,15 +13,15 @@ use processor::{in_order, threads};
 
 use crate::signals::records::Records;
 
-/// A sum over rows and their residuals.
+/// A sum over rows and their residuals, such as squares or products.
 pub trait ResidualSum: Clone + Send + Sync {
     /// Adds up to eight samples.
     fn add(&mut self, model: &Model, group: &ResidualGroup);
 
-    /// Appends the sum over the next samples.
+    /// Appends `next`, the sum over the samples that follow.
     fn append(&mut self, next: Self);
 
-    /// Called after all samples of a record are summed.
+    /// Ends a record: called after all its samples have been added.
     fn end_record(&mut self, _states: &States) {}
 }
 
@@ -45,7 +45,7 @@ impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
 /// Number of samples of a block.
 const SAMPLES_PER_BLOCK: usize = 8192;
 
-/// The sums over all records under parameters `x`, starting from `empty`.
+/// Computes the sums over all records with the residuals of parameters `x`, starting from `empty`.
 ///
 /// Fails when a record cannot be read.
 pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
@@ -62,7 +62,7 @@ pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
     Ok(all)
 }
 
-/// Adds the sums over one record; `empty`: sums without rows.
+/// Adds the sums over one record to `all`. `empty`: sums without rows.
 pub fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &States, x: &[f64], empty: &S) {
     let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_BLOCK).max(1));
     let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();

@@ -1,15 +1,15 @@
 //! Zero-phase low-pass: a digital Butterworth filter that runs forward and backward.
 //!
-//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with prewarped cut-off w_c. With a forward
-//! and a backward pass the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off). At each end the signal is
-//! extended by 3 (n + 1) samples, reflected about its end point. The initial state of every section is the steady state
-//! of a constant. These are the conventions of `scipy.signal.filtfilt`.
+//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)) for order n and cut-off w_c, by the bilinear transform with prewarping.
+//! With a forward and a backward pass the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off). At each end the
+//! signal is extended by 3 (n + 1) samples, reflected about its end point. The initial state of every section is the steady
+//! state of a constant. These are the conventions of `scipy.signal.filtfilt`.
 //!
-//! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
+//! The filter is a chain of second-order sections in transposed direct form II. A polynomial of order n is never formed.
 
 use processor::{Work, widely};
 
-/// A low-pass of order n as a chain of sections, each of unit gain at zero frequency.
+/// A Butterworth low-pass of order n: a chain of sections, each with unit gain at zero frequency.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
     sections: Vec<Section>,
@@ -24,8 +24,8 @@ struct Section {
 }
 
 impl Butterworth {
-    /// A filter with this `cutoff`, Hz, for a signal with the sampling rate `rate`, Hz; `None` unless 0 < cutoff < rate / 2
-    /// and 1 <= order <= 20.
+    /// Makes a low-pass with this `cutoff`, Hz, for signals with the sampling rate `rate`, Hz. `None` unless 0 < cutoff < rate /
+    /// 2 and 1 <= order <= 20.
     pub fn low_pass(order: usize, cutoff: f64, rate: f64) -> Option<Butterworth> {
         if !(cutoff > 0.0 && cutoff < 0.5 * rate && rate.is_finite() && ORDERS.contains(&order)) {
             return None;
@@ -48,7 +48,7 @@ impl Butterworth {
         Some(Butterworth { sections, order })
     }
 
-    /// Time after which the effect of the start of a signal has decayed to 10^-12, s.
+    /// The time after which the effect of the start of a signal has decayed to 10^-12, s. `cutoff` in Hz.
     ///
     /// The slowest pole decays by exp(-2 pi f_c sin(pi / (2 n)) t).
     pub fn memory(order: usize, cutoff: f64) -> f64 {
@@ -56,9 +56,10 @@ impl Butterworth {
         FORGOTTEN_EFFECT_RATIO.ln() / decay
     }
 
-    /// Filters signals of one length without phase shift; signals shorter than two samples are returned unchanged.
+    /// Filters signals of one length without phase shift. Signals shorter than two samples are returned unchanged.
     ///
-    /// Each sample depends on the one before it, so `SIGNALS_PER_PASS` signals in SIMD lanes take hardly longer than one.
+    /// Each sample depends on the previous one. So filtering `SIGNALS_PER_PASS` signals in SIMD lanes takes hardly longer than
+    /// one signal.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for group in signals.chunks_mut(SIGNALS_PER_PASS) {
             let Some((all, pad)) = self.forward(group) else { break };
@@ -67,8 +68,8 @@ impl Butterworth {
         signals
     }
 
-    /// Filters like [`Butterworth::zero_phase`] and returns the samples at `chosen` (ascending) only: sample by sample, one
-    /// number per signal.
+    /// Filters like [`Butterworth::zero_phase`], but returns only the samples with the indices `chosen`, ascending. The order is
+    /// sample by sample, one number per signal.
     pub fn zero_phase_at(&self, signals: &[Vec<f64>], chosen: &[usize]) -> Vec<f64> {
         let width = signals.len();
         let mut kept = vec![0.0; chosen.len() * width];
@@ -89,8 +90,8 @@ impl Butterworth {
         kept
     }
 
-    /// At most `SIGNALS_PER_PASS` signals of one length in SIMD lanes, filtered forward, with the reflected samples at both
-    /// ends, and the number of reflected samples per end; `None` for signals shorter than two samples.
+    /// Filters at most `SIGNALS_PER_PASS` signals of one length forward. Returns them in SIMD lanes with the reflected samples
+    /// at both ends, and the number of reflected samples per end. `None` for signals shorter than two samples.
     fn forward(&self, group: &[Vec<f64>]) -> Option<(Vec<[f64; SIGNALS_PER_PASS]>, usize)> {
         let n = group.first().map_or(0, Vec::len);
         if n < 2 {
@@ -117,8 +118,8 @@ impl Butterworth {
         Some((all, pad))
     }
 
-    /// Filters the forward-filtered rows backward, and calls `each` with every block, from the last to the first, and with
-    /// the index of its first sample.
+    /// Filters the result of `forward` backward. Calls `each` with the index of the first sample and the rows of every block,
+    /// from the last block to the first.
     fn backward(
         &self,
         mut all: Vec<[f64; SIGNALS_PER_PASS]>,
@@ -137,11 +138,11 @@ impl Butterworth {
     }
 }
 
-/// Rows that are transposed at a time between the signals, stored one by one, and the SIMD lanes of the filter: few enough
-/// to stay in the cache.
+/// Number of rows that are transposed at a time between the signals, stored one by one, and the SIMD lanes of the filter. They
+/// stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
-/// The rows of the signals from `first` on, transposed into SIMD lanes.
+/// Copies the samples of the signals from index `first` on into `rows`, one signal per SIMD lane. Returns the filled rows.
 fn taken<'a>(
     group: &[Vec<f64>],
     first: usize,
@@ -154,20 +155,20 @@ fn taken<'a>(
     &mut rows[..count]
 }
 
-/// Writes rows back to the signals from `first` on.
+/// Writes rows back into the signals from index `first` on.
 fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
     for (lane, x) in group.iter_mut().enumerate() {
         x[first..first + rows.len()].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
     }
 }
 
-/// A filter with the states of its sections.
+/// A filter while it runs, with the state of each section.
 struct FilterRun {
     sections: Vec<(Section, State)>,
 }
 
 impl FilterRun {
-    /// A filter in the steady state of a constant signal `first`.
+    /// Starts a filter in the steady state for a constant signal `first`.
     fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> FilterRun {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
@@ -176,12 +177,12 @@ impl FilterRun {
         FilterRun { sections: sections.iter().map(start).collect() }
     }
 
-    /// Filters in place, from the first sample on.
+    /// Filters samples in place, from the first to the last.
     fn forward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
         widely(Pass { run: self, samples, is_backward: false });
     }
 
-    /// Filters in place, from the last sample back.
+    /// Filters samples in place, from the last to the first.
     fn backward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
         widely(Pass { run: self, samples, is_backward: true });
     }
@@ -199,7 +200,7 @@ impl Work for Pass<'_> {
 
     #[inline(always)]
     fn run(self) {
-        // Two sections per loop: while one sample is in the second, the next sample is in the first.
+        // Two sections run in one loop: while one sample is in the second section, the next sample is in the first.
         for sections in self.run.sections.chunks_mut(2) {
             match (sections, self.is_backward) {
                 ([one, two], false) => over([one, two], self.samples.iter_mut()),
@@ -211,7 +212,7 @@ impl Work for Pass<'_> {
     }
 }
 
-/// Filters in place by S sections in series; their states stay in registers during the loop.
+/// Filters samples in place with S sections in series. The states of the sections stay in registers during the loop.
 #[inline(always)]
 fn over<'a, const S: usize>(
     sections: [&mut (Section, State); S],
@@ -243,9 +244,9 @@ fn over<'a, const S: usize>(
 /// The state of a section: two values per SIMD lane.
 type State = [[f64; SIGNALS_PER_PASS]; 2];
 
-/// Orders of a low-pass.
+/// Allowed orders of a low-pass.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=20;
-/// Ratio by which the effect of the start of a signal has decayed after the memory of a filter.
+/// Factor by which the effect of the start of a signal decays in the memory of a filter.
 const FORGOTTEN_EFFECT_RATIO: f64 = 1e12;
 
 /// Number of signals that are filtered together, one per SIMD lane.
@@ -259,7 +260,7 @@ mod tests {
         (0..40).map(|i| (0.3 * i as f64).sin() + 0.1 * (((7 * i) % 5) as f64 - 2.0)).collect()
     }
 
-    /// Figures of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The
+    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The
     /// tolerance is the rounding of their polynomial form at the lowest cut-off.
     #[test]
     fn agrees_with_scipy() {
@@ -297,7 +298,7 @@ mod tests {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
         let passed = f.zero_phase(vec![line.clone()]).remove(0);
-        // Away from the ends, where fifteen samples of padding are shorter than the transient.
+        // The ends are not compared, because the fifteen samples of padding are shorter than the transient.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();
@@ -306,7 +307,7 @@ mod tests {
         assert!((peak - 0.5).abs() < 1e-6, "{peak}");
     }
 
-    /// The filter equations for one signal: the sections one after the other, forward and backward.
+    /// Filters one signal by the filter equations: the sections one after the other, forward and backward.
     fn alone(f: &Butterworth, x: &[f64]) -> Vec<f64> {
         let (n, pad) = (x.len(), (3 * (f.order + 1)).min(x.len() - 1));
         let mut y: Vec<f64> = (1..=pad).rev().map(|i| 2.0 * x[0] - x[i]).collect();

@@ -1,35 +1,35 @@
 //! The bandwidth of a motion, and the default cut-off of the low-pass.
 //!
-//! The rule is f_c = 20 f_95, but f_c is at most a fifth of the sampling rate. Below f_95 lies 95 % of the energy of a
-//! joint's velocity; the largest f_95 of all joints is used. The factor is twenty for two reasons. The torques contain
-//! harmonics of the motion (Coulomb friction, products of velocities) that the model explains, and the fourth-order
-//! low-pass distorts the signals well below its cut-off.
+//! The rule is f_c = 20 f_95, but at most a fifth of the sampling rate. Below f_95 lies 95 % of the energy of the velocity of a
+//! joint; the largest f_95 of all joints is used. The factor of 20 has two reasons. The torques contain harmonics of the motion
+//! (Coulomb friction, products of velocities), which the model explains. And the fourth-order low-pass distorts signals well
+//! below its cut-off.
 //!
-//! f_c is at least 4 Hz, because friction changes sign as fast in a slow motion as in a fast one: with the rule alone, a
-//! motion of 0.05 Hz would have a cut-off of 1 Hz, and every reversal would last a second.
+//! f_c is at least 4 Hz, because friction changes sign as fast in a slow motion as in a fast one. With the rule alone, a motion
+//! of 0.05 Hz would have a cut-off of 1 Hz, and every reversal would be smoothed over a second.
 //!
-//! Content of a joint above 10 Hz is chatter of the drive and not motion, where it contains more than 5 % of the energy of
-//! the velocity but hardly changes the position. It does not count in f_95, and the cut-off is so low that the filter, of
-//! order four and applied twice, reduces it to the level of noise:
+//! Motion of a joint above 10 Hz counts as chatter of the drive if it has more than 5 % of the energy of the velocity but hardly
+//! changes the position. Chatter does not count in f_95. The cut-off is then so low that the filter, of order four and applied
+//! twice, reduces the chatter to the level of noise:
 //!
 //! sum over chatter of (2 pi f)^2 E_j(f) / (1 + (f / f_c)^8)^2 = 1e-4 A_j.
 //!
-//! Where the noise of the positions requires it, the cut-off is lower, but at least 5 f_95 of all joints together:
+//! If the noise of the positions requires it, the cut-off is lower, but at least 5 f_95 of all joints together:
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! At this cut-off the twice differentiated noise of joint j is a hundredth of its acceleration. It biases inertias
-//! towards zero by the square of that ratio.
+//! At this cut-off the twice differentiated noise of joint j is a hundredth of its acceleration. Such noise biases inertias
+//! towards zero by the square of this ratio.
 //!
-//! The energy is summed over all records that are fitted together. So they have one cut-off, and a short record, or a
-//! joint at standstill in one record, counts by its share only:
+//! The energy is summed over all records that are fitted together. So all have one cut-off, and a short record, or a joint at
+//! standstill in one record, has a small influence:
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
-//! X_j is the transform of n positions, h s apart. N_j is the mean of |X_j|^2 in the upper half of the band, where no
-//! robot moves: n times the variance of the noise of a position. White noise exceeds 20 times its mean in two bins of a
-//! billion. Joints with less than a hundredth of the largest energy of a joint do not count, because their motion is
-//! coupled to other joints or is coloured noise.
+//! X_j is the transform of n positions, h s apart. N_j is the noise: the mean of |X_j|^2 in the upper half of the band, where no
+//! robot moves. It is n times the variance of the noise of a position. Only bins with |X_j|^2 >= 20 N_j count; white noise
+//! exceeds this in two bins of a billion. A joint with less than a hundredth of the largest energy of a joint does not count,
+//! because its motion is coupled to other joints or is coloured noise.
 
 use std::convert::Infallible;
 
@@ -39,64 +39,63 @@ use processor::{in_order, threads};
 use crate::signals::position_spectrum::{Energy, acceleration_energy, acceleration_noise, position_energy, quantile};
 use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of, excursion, noise_of, smooth_length};
 
-/// The frequency content of a motion.
+/// The frequency content of a motion, and the default cut-off that follows from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrequencyContent {
-    /// Frequency below which 95 % of the energy of a joint's velocity lies, Hz, one per joint; 0 for a joint that does
-    /// not count.
+    /// For each joint, the frequency below which 95 % of the energy of its velocity lies, Hz; 0 for a joint that does not count.
     pub f95: Vec<f64>,
-    /// Default cut-off, Hz.
+    /// Default cut-off of the low-pass, Hz.
     pub cutoff: f64,
 }
 
-/// Highest cut-off as a share of the sampling rate.
+/// The cut-off is at most this share of the sampling rate.
 const HIGHEST_CUTOFF_SHARE: f64 = 0.2;
 
-/// Ratio of the cut-off to the highest f95 of the joints.
+/// The cut-off is this times the highest f95 of the joints.
 const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
-/// Share of a joint's energy that lies below its f95.
+/// Defines f95 of a joint: below this frequency lies this share of the energy of its velocity.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// Share of the largest energy from which on a joint counts: a tenth of the speed.
+/// A joint counts if its energy is at least this share of the largest energy of a joint (a tenth of the speed).
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
-/// Largest energy of the noise of the acceleration below the cut-off, as a share of the energy of the acceleration.
+/// Below the cut-off, the energy of the noise of the acceleration may be at most this share of the energy of the acceleration.
 const NOISE_ENERGY_SHARE: f64 = 1e-4;
 
-/// Least cut-off for slow motions, Hz. On measured robots (cobot6, UR10e) a lower one predicts other motions worse, and a
-/// higher one does not predict slow motions better.
+/// Least cut-off for slow motions, Hz. On measured robots (cobot6, UR10e) the parameters with a lower cut-off predict other
+/// motions worse. A higher one does not improve the prediction of slow motions.
 const SLOW_CUTOFF_HZ: f64 = 4.0;
 
-/// Frequency below which there is no chatter, Hz. No robot is moved faster than this on purpose.
+/// Motion below this frequency is never chatter, Hz. No robot is moved faster than this on purpose.
 const SLOWEST_CHATTER_HZ: f64 = 10.0;
 
-/// Content above [`SLOWEST_CHATTER_HZ`] is chatter where its position energy is below this share of the position energy of
-/// the joint that moves most.
+/// Motion above [`SLOWEST_CHATTER_HZ`] is chatter if its position energy is below this share of the position energy of the joint
+/// that moves most.
 const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
-/// Noise never lowers the cut-off below this multiple of the f95 of all joints together. With a factor of 3 the filter
-/// would distort the motion itself.
+/// Because of noise the cut-off is never below this times the f95 of all joints together. With a factor of 3 the filter would
+/// distort the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
-/// Samples per transform: a power of two, about a minute at 1 kHz.
+/// Number of samples per transform: a power of two, about a minute at 1 kHz.
 const SAMPLES_PER_TRANSFORM: usize = 1 << 16;
 
-/// Samples of a block from which its noise is estimated.
+/// Number of samples of a block from which the noise of the block is estimated.
 const SAMPLES_PER_NOISE_ESTIMATE: usize = 1 << 12;
 
 /// Least number of samples of a spectrum.
 const MIN_SPECTRUM_SAMPLES: usize = 8;
 
-/// Relative difference of two periods up to which they belong to one clock.
+/// Two sampling periods with at most this relative difference belong to one clock.
 const EQUAL_PERIOD_TOLERANCE: f64 = 1e-6;
 
-/// Motion of one joint, and noise of the records in which it moves.
+/// The energy of the motion of one joint, and of the noise of the records in which it moves.
 #[derive(Clone, Debug, Default)]
 struct JointEnergy {
     motion: Energy,
-    /// Energy of the chatter of the drive.
+    /// Energy of the chatter of the drive, by frequency.
     chatter: Energy,
-    /// Energy of the noise of the acceleration up to a frequency f, Hz, over f^5, rad^2 s^2.
+    /// Noise factor, rad^2 s^2: times f^5 it gives the energy of the noise of the acceleration up to a frequency f, Hz.
     noise: f64,
 }
 
@@ -104,22 +103,22 @@ struct JointEnergy {
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
     joints: Vec<JointEnergy>,
-    /// Positions that are not transformed yet, one series per joint, and the time between them, s.
+    /// Positions that are not transformed yet, one series per joint. `period`: time between them, s.
     waiting: Vec<Vec<f64>>,
     period: f64,
-    /// A fifth of the lowest sampling rate, Hz.
+    /// Highest allowed cut-off: a fifth of the lowest sampling rate, Hz.
     highest: f64,
     plans: Plans,
 }
 
-/// The frequency content of positions q, rad (m), sampled every `period` s, and the default cut-off.
+/// The frequency content and default cut-off of positions q, rad (m), one series per joint, sampled every `period` s.
 pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
     let mut energy = MotionEnergy::default();
     energy.push(q, period);
     energy.content()
 }
 
-/// The frequency content of an exact motion with added encoder noise, and the default cut-off.
+/// The frequency content and default cut-off of a noise-free motion, to which encoder noise is added by calculation.
 ///
 /// `deviation`: standard deviations of the noise, rad (m), one per joint.
 pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
@@ -133,12 +132,12 @@ pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) ->
 }
 
 impl MotionEnergy {
-    /// Adds positions `period` s apart that continue the previous ones. For a new record, call `end_record` first.
+    /// Adds positions, `period` s apart, that continue the previous positions. Before a new record, call `end_record`.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = HIGHEST_CUTOFF_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
-        // The periods of blocks of one clock differ in the last digits only. With the first period all blocks have equal
-        // frequencies.
+        // The periods of blocks of one clock differ only in the last digits. The first period is used for all, so that all
+        // blocks have equal frequencies.
         if (period / self.period - 1.0).abs() > EQUAL_PERIOD_TOLERANCE || self.period == 0.0 {
             self.period = period;
         }
@@ -152,18 +151,18 @@ impl MotionEnergy {
         }
     }
 
-    /// Limits the cut-off to a fifth of the rate of efforts that are sampled every `period` s.
+    /// Limits the cut-off to a fifth of the rate of the torques, which are sampled every `period` s.
     pub(crate) fn sample_efforts(&mut self, period: f64) {
         self.highest = self.highest.min(HIGHEST_CUTOFF_SHARE / period);
     }
 
-    /// Ends a record; subsequent positions belong to another record.
+    /// Ends a record. Positions that are added later belong to another record.
     pub(crate) fn end_record(&mut self) {
         let left = self.waiting.first().map_or(0, Vec::len);
         self.transform(left);
     }
 
-    /// The frequency content of all records, and the default cut-off.
+    /// The frequency content of all records together, and the default cut-off.
     pub fn content(mut self) -> FrequencyContent {
         self.end_record();
         self.set_chatter_apart();
@@ -192,7 +191,7 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // The lowest 5 % of the fast energy stay in the motion: leakage from the ends of a record.
+                // The lowest 5 % of the fast energy stay in the motion, because they are leakage from the ends of a record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());
@@ -210,12 +209,12 @@ impl MotionEnergy {
         quantile(&all, MOTION_ENERGY_SHARE * sum)
     }
 
-    /// Transforms the first `count` of the waiting samples.
+    /// Transforms the first `count` waiting samples and adds their energy.
     fn transform(&mut self, count: usize) {
         if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
-        // A length with small prime factors, because the transform of a prime length is several times slower.
+        // The length has small prime factors, because the transform of a prime length is several times slower.
         let of_motion = self.plans.forward(smooth_length(count));
         let of_noise = self.plans.forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);
@@ -238,14 +237,14 @@ impl MotionEnergy {
 }
 
 impl JointEnergy {
-    /// Largest cut-off at which noise is at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration, Hz; infinite
+    /// The largest cut-off at which noise has at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration, Hz. Infinite
     /// without noise.
     fn noise_limit(&self) -> f64 {
         (NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter()) / self.noise).powf(0.2)
     }
 
-    /// Largest cut-off at which the filtered chatter is at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration,
-    /// Hz; infinite without chatter.
+    /// The largest cut-off at which the filtered chatter has at most [`NOISE_ENERGY_SHARE`] of the energy of the acceleration,
+    /// Hz. Infinite without chatter.
     fn chatter_limit(&self) -> f64 {
         let Some((&slowest, _)) = self.chatter.first_key_value() else { return f64::INFINITY };
         let allowed = NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter());
@@ -256,7 +255,7 @@ impl JointEnergy {
             };
             self.chatter.iter().map(passed).sum::<f64>()
         };
-        // The filtered chatter is monotonic in the cut-off: bisection to a thousandth.
+        // The filtered chatter grows with the cut-off. Bisection finds the limit to a thousandth.
         let (mut low, mut high) = (0.0, f64::from_bits(slowest));
         for _ in 0..CUTOFF_BISECTIONS {
             let middle = 0.5 * (low + high);
@@ -266,7 +265,7 @@ impl JointEnergy {
     }
 }
 
-/// Number of bisections of the interval of the cut-off.
+/// Number of bisections of the interval that contains the cut-off.
 const CUTOFF_BISECTIONS: usize = 10;
 
 #[cfg(test)]
@@ -304,15 +303,15 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // The coupled motion of this joint at 8 Hz is a hundredth of a radian, peak to peak.
+        // The motion of this joint at 8 Hz, coupled to another joint, is 0.01 rad peak to peak.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
-        // Tolerance: one bin of a record of 8 s to both sides.
+        // The tolerance is one bin of a record of 8 s in both directions.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
-    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a wave of amplitude a at f, between 5 f and 20 f.
+    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a sine of amplitude a and frequency f with noise sigma, limited to 5 f .. 20 f.
     #[test]
     fn noise_of_the_encoders_lowers_the_cutoff() {
         let (n, period) = (20_000, 1e-3);
@@ -322,12 +321,12 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise of one draw is known to a few per cent, and its fifth root better. A bin is 0.05 Hz.
+            // The noise of one record is estimated to a few per cent, and its fifth root more accurately. A bin is 0.05 Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
 
-    /// Chatter of a drive at 105 Hz has more energy of velocity than the motion. The cut-off follows from the motion, and the
+    /// Chatter of a drive at 105 Hz has more velocity energy than the motion. The cut-off follows from the motion, and the
     /// filtered chatter is a hundredth of the acceleration.
     #[test]
     fn the_cutoff_follows_the_motion_and_not_the_chatter() {
@@ -344,10 +343,10 @@ mod tests {
             let found = rule(&[noisy(with(amplitude, hz))], period);
             assert!((found.f95[0] - 1.0).abs() <= 0.1 && found.cutoff <= quiet.cutoff, "{hz}: {found:?}");
             let left = amplitude * hz * hz / (1.0 + (hz / found.cutoff).powi(8));
-            // Tolerance: a thousandth for the bisection, and a bin of 0.05 Hz.
+            // The tolerance is a thousandth for the bisection, plus a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
-        // Fast content that changes the position counts as motion, and so does slow content of any amplitude.
+        // Fast motion that changes the position is not chatter, and neither is slow motion of any amplitude.
         assert!(rule(&[noisy(with(0.1, 30.0))], period).f95[0] > 29.0);
         assert!(rule(&[noisy(with(0.02, 30.0).iter().map(|x| x / 50.0).collect())], period).f95[0] < 1.1);
         assert!(rule(&[noisy(with(0.03, 9.0))], period).f95[0] > 1.1);
@@ -363,7 +362,7 @@ mod tests {
             rule(&[noisy], period).cutoff
         };
         assert_eq!(cutoff(1e-6), 4.0);
-        // f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h).
+        // The noise gives f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h).
         let expected = (1.25e-4 * 0.05f64.powi(4) / (1e-8 * period)).powf(0.2);
         let found = cutoff(1e-4);
         assert!((found / expected - 1.0).abs() < 0.03 && found < 3.0, "{found} for {expected}");

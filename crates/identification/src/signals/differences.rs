@@ -1,25 +1,26 @@
-//! dx/dt of a sampled signal: central differences, one-sided at the two ends.
+//! The derivative dx/dt of a sampled signal by central differences; at both ends by one-sided differences.
 //!
-//! On a uniform clock they are of fourth order,
+//! On a uniform clock with period h they are of fourth order,
 //!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
-//! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every inertia by 0.5 %.
-//! On other clocks they are of second order, with steps a before and b after, as `numpy.gradient(x, t)`:
+//! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every estimated inertia by
+//! 0.5 %. On other clocks they are of second order, with the step a before the sample and b after it, like
+//! `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
-/// Steps with a smaller relative difference count as equal, because a clock is written in rounded numbers.
+/// Clock steps with at most this relative difference count as equal, because times are written with rounded numbers.
 const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 
-/// Differences of signals on one clock, which is examined once for all signals.
+/// Computes derivatives of signals on one clock. The clock is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h of the five samples around each sample, from the third to the third last.
+    /// 12 h, h: mean step of the five samples around each sample, from the third sample to the third last, s.
     twelve_steps: Vec<f64>,
-    /// Samples that need second order: two at each end, and those whose neighbours are not evenly spaced.
+    /// Indices of samples that need second order: two at each end, and those with unevenly spaced neighbours.
     uneven: Vec<usize>,
 }
 
 impl<'a> Differences<'a> {
-    /// Differences on the clock `t`, s, ascending.
+    /// Prepares differences on the clock `t`, s, ascending.
     pub fn new(t: &'a [f64]) -> Differences<'a> {
         let step = |t: &[f64]| (t[4] - t[0]) / 4.0;
         let is_even =
@@ -50,12 +51,12 @@ impl<'a> Differences<'a> {
     }
 }
 
-/// dx/dt at the middle of five samples; `h`: twelve steps, s.
+/// dx/dt at the middle of five samples, of fourth order. `h`: twelve clock steps, s.
 fn fourth_order(x: &[f64], h: f64) -> f64 {
     (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / h
 }
 
-/// dx/dt at sample i, one-sided at the ends.
+/// dx/dt at sample i, of second order; one-sided at the ends.
 fn second_order(x: &[f64], t: &[f64], i: usize) -> f64 {
     let last = x.len() - 1;
     if i == 0 || i == last {
@@ -70,7 +71,7 @@ fn second_order(x: &[f64], t: &[f64], i: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Figures of `numpy.gradient(z, t)`, NumPy 2.4.6.
+    /// Results of `numpy.gradient(z, t)`, NumPy 2.4.6.
     #[test]
     fn gradient_agrees_with_numpy() {
         let d = Differences::new(&[0.0, 0.1, 0.25, 0.3, 0.5]).of(&[1.0, 2.0, 0.0, 5.0, 3.0]);

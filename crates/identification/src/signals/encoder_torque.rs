@@ -1,11 +1,12 @@
 //! The contribution of encoder noise to the residuals of an identification.
 //!
-//! Position noise with standard deviation s per sample has the rms acceleration s w^2 / sqrt 5 below the cut-off w, rad/s,
-//! because the mean of the fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A it is a torque,
+//! Position noise with standard deviation s per sample causes an acceleration noise of rms s w^2 / sqrt 5 below the cut-off w,
+//! rad/s, because the mean of the fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A this is the
+//! torque noise of joint i,
 //!
-//! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5,
+//! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5.
 //!
-//! Most of this noise is far above the frequencies of the motion. It hardly changes the parameters, but it changes the
+//! Most of this noise is at much higher frequencies than the motion. So it hardly changes the parameters, but it changes the
 //! weight of joint i.
 
 use experiments::motion::reference_motion::Reference;
@@ -13,10 +14,11 @@ use experiments::simulate::dynamics::Dynamics;
 
 use crate::signals::cutoff::rule_with_noise;
 
-/// Number of samples whose dynamics are computed together.
+/// Number of samples for which the dynamics are computed in one call.
 const SAMPLES_PER_CALL: usize = 64;
 
-/// e_i, N m (N) per sample, one per coordinate, for an identification with default cut-off; `noise`: s, rad (m).
+/// The rms torque noise e_i of each coordinate, N m (N), for an identification with the default cut-off. `noise`: standard
+/// deviations s of the positions, rad (m).
 pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
     let n = noise.len();
     let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;
@@ -43,7 +45,8 @@ mod tests {
     use experiments::simulate::dynamics::RegressorDynamics;
     use random::Random;
 
-    /// The rms of the second derivative of white noise below the cut-off, times the inertia, computed from its spectrum.
+    /// The expected value is computed from the spectrum of white noise: the rms of its second derivative below the cut-off,
+    /// times the inertia.
     #[test]
     fn it_is_the_noise_of_the_acceleration() {
         let (rate, n, noise) = (100.0, 2000, 1e-4);
@@ -52,21 +55,21 @@ mod tests {
         let (arm, inertia) = (Pendulum::new(), 0.7);
         let found = encoder_torque(&RegressorDynamics::new(&arm, vec![inertia, 0.0, 0.0]), &motion, &[noise])[0];
 
-        // Each frequency up to half the rate has an equal share of the variance of white noise.
+        // Each frequency up to half the sampling rate has an equal share of the variance of white noise.
         let cutoff = rule_with_noise(&[q], 1.0 / rate, &[noise]).cutoff;
         let mut random = Random::new(4);
         let (bins, mut square) = (2000, 0.0);
         for bin in 0..bins {
             let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
             if frequency < cutoff {
-                // A cosine and a sine of random amplitude: a mean square of noise^2 / bins.
+                // A cosine and a sine with random amplitudes have the mean square noise^2 / bins.
                 let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }
         }
         // The content below the cut-off corresponds to white noise of this rms per sample up to half the rate.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
-        // About a hundred bins determine the sum, so the square is known to 10 % and its root to 5 %; four times that is
+        // About a hundred bins determine the sum, so its square has an error of 10 % and its root 5 %. Four times this is
         // allowed.
         assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
     }

@@ -1,11 +1,10 @@
 //! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
 //!
-//! q and tau are filtered with a zero-phase low-pass (`butterworth`). dq is the measured velocity with the same filter, or
-//! the central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
-//! ends. An equal filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true to first order [Gautier 1997].
-//! Rows of a joint at standstill are dropped, because stiction is not in the model.
+//! q and tau are filtered with a zero-phase low-pass (`butterworth`). dq is the measured velocity with the same filter, or the
+//! central difference of q. ddq is the central difference of dq. Then every `decimate`-th sample is kept, except near the ends.
+//! The equation tau = Y(q, dq, ddq) X stays true to first order, because the filter is equal on both sides [Gautier 1997].
 //!
-//! Friction columns jump with sign(dq). The filter smooths the jumps of the torques, so the columns are filtered too. They
+//! Friction columns jump with sign(dq). The low-pass smooths the jumps of the torques, so these columns are filtered too. They
 //! are computed from a velocity with a filter of higher cut-off (`reversals`).
 //!
 //! `cutoff` gives the default cut-off. Not here: transmissions (`transmission`), friction (`linear_model::friction`).
@@ -26,24 +25,24 @@ use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, po
 use crate::signals::standstill::{rest, standstill};
 use crate::signals::velocity_check::check_velocity;
 
-/// The signals of a log on the joint side: `Log` after its transmission.
+/// The signals of a log on the joint side: the log after its transmission was applied.
 pub struct JointSignals {
-    /// The log behind the signals. Of its series only the time is used; the others were moved into the fields below.
+    /// The log from which the signals come. Only its time is used; its other series were moved into the fields below.
     pub log: Log,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// Velocities, rad/s (m/s), where measured.
+    /// Measured velocities, rad/s (m/s). `None`: not in the log.
     pub dq: Option<Vec<Vec<f64>>>,
-    /// Accelerations, rad/s^2 (m/s^2), where measured.
+    /// Measured accelerations, rad/s^2 (m/s^2). `None`: not in the log.
     pub ddq: Option<Vec<Vec<f64>>>,
-    /// Torques, N m (N).
+    /// Torques of the joints, N m (N), one series per coordinate.
     pub tau: Vec<Vec<f64>>,
-    /// Motors that turn with other joints than their own.
+    /// Motors that turn with several joints, and elements between joints.
     pub couplings: Vec<Coupling>,
 }
 
 impl JointSignals {
-    /// Resamples the signals to the requested clock and compensates the delay of the torques; returns the clock, s.
+    /// Resamples the signals to the requested clock and compensates the delay of the torques. Returns the times of the clock, s.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
         let [motion, effort] = self.own_places(signal);
         let t = match clock(&self.log, signal, motion.as_deref())? {
@@ -70,7 +69,7 @@ impl JointSignals {
         Ok(t)
     }
 
-    /// The indices of the samples of the motion, and of the torques, where they are sampled less often than the rows.
+    /// The indices of the samples of the motion, and of the torques. `None` if every row is a sample.
     fn own_places(&self, signal: &Signal) -> [Option<Vec<usize>>; 2] {
         let [motion, effort] = are_seldom(&self.log).map(|is_seldom| is_seldom && !signal.own_clock);
         let rates = self.dq.iter().chain(&self.ddq).flatten();
@@ -79,12 +78,12 @@ impl JointSignals {
         [changes(&moving, motion), changes(&torques, effort)]
     }
 
-    /// Filters, differentiates and decimates.
+    /// Converts the signals into states: filters, differentiates and decimates them.
     ///
-    /// `friction`: terms whose columns are computed before the filter. `content`: frequency content of all logs that are
-    /// fitted together, where known.
+    /// `friction`: terms whose columns are computed first and then filtered. `content`: frequency content of all logs that are
+    /// fitted together; `None`: that of this log is used.
     ///
-    /// Fails when a cut-off is not below half the rate, or when a requested measured signal is absent.
+    /// Fails if a cut-off is not below half the sampling rate, or if a requested measured signal is absent.
     pub fn states(
         mut self,
         signal: &Signal,
@@ -93,7 +92,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // Rows of two sources have no derivatives to compare; the log check reports them.
+        // If the rows come from two sources, derivatives cannot be compared. The log check reports this.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -106,7 +105,7 @@ impl JointSignals {
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
-        // Load-dependent friction also needs the torque with the filter of reversals.
+        // Load-dependent friction needs the torque after the filter of reversals.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
         let differences = Differences::new(&t);
         // Without a filter the direction is the sign of the velocity at the sample.
@@ -147,7 +146,7 @@ impl JointSignals {
     }
 }
 
-/// An optional low-pass.
+/// A low-pass, or no filter.
 struct Pass(Option<Butterworth>);
 
 impl Pass {
@@ -168,7 +167,7 @@ impl Pass {
         }
     }
 
-    /// The filtered samples at `chosen`, sample by sample.
+    /// The filtered samples with the indices `chosen`, sample by sample.
     fn pass_at(&self, x: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
         match &self.0 {
             Some(f) => f.zero_phase_at(&x, chosen),
@@ -177,28 +176,28 @@ impl Pass {
     }
 }
 
-/// Highest cut-off of differentiated positions for reversals, as a share of the rate. The noise of a difference grows with
-/// the power 3/2 of its cut-off, and beyond this share the steps of an encoder change the sign many times.
+/// Highest cut-off for reversals of a velocity that is differentiated from positions, as a share of the sampling rate. The noise
+/// of a difference grows with the power 3/2 of the cut-off. Above this share the steps of an encoder change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
-/// Highest cut-off of the filter of reversals, as a share of the rate; beyond it the velocity is not filtered.
+/// If the cut-off for reversals is above this share of the sampling rate, the velocity is not filtered.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
 
-/// The low-passes of a log.
+/// The low-passes for the signals of a log.
 struct Filters {
-    /// For positions and velocities.
+    /// The low-pass for positions and velocities.
     motion: Pass,
-    /// For torques and friction columns.
+    /// The low-pass for torques and friction columns.
     effort: Pass,
-    /// For the velocity from which friction columns are computed.
+    /// The low-pass for the velocity from which friction columns are computed.
     reversal: Pass,
-    /// Cut-offs of motion and efforts, Hz; 0: no filter.
+    /// Cut-off of `motion`, Hz, then of `effort`, Hz; 0: no filter.
     cutoff: f64,
     effort_cutoff: f64,
 }
 
 impl Filters {
-    /// The low-passes for these options. `rule`: default cut-off, Hz; `differentiated`: whether the velocity is a difference of
-    /// positions. Fails where a cut-off or order is invalid.
+    /// Makes the low-passes for these options. `rule`: default cut-off, Hz; `period`: time between samples, s; `differentiated`:
+    /// whether the velocity is differentiated from positions. Fails if a cut-off or order is invalid.
     fn new(signal: &Signal, rule: f64, period: f64, differentiated: bool) -> Result<Filters, String> {
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(rule) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
@@ -208,30 +207,30 @@ impl Filters {
             true => (REVERSAL_CUTOFF_RATIO * effort_cutoff).min(MAX_REVERSAL_CUTOFF_SHARE / period).max(effort_cutoff),
             false => REVERSAL_CUTOFF_RATIO * effort_cutoff,
         });
-        // Where the rate is too low for this cut-off, the velocity is not filtered.
+        // If the sampling rate is too low for this cut-off, the velocity is not filtered.
         let reversal = if wide < HIGHEST_FILTER_CUTOFF_SHARE / period { pass(wide)? } else { Pass(None) };
         Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
     }
 }
 
-/// The result of a thread; a panic of the thread is raised again here.
+/// Waits for a thread and returns its result. A panic of the thread is raised again here.
 fn joined<T>(thread: std::thread::ScopedJoinHandle<T>) -> T {
     thread.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
 }
 
-/// The samples `chosen` of all series, sample by sample.
+/// The samples with the indices `chosen` of all series, sample by sample.
 fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     let mut rows = Vec::with_capacity(chosen.len() * x.len());
     chosen.iter().for_each(|&r| rows.extend(x.iter().map(|x| x[r])));
     rows
 }
 
-/// The filters and options for the motion and the torques of a log.
+/// The filters and options with which the motion and the torques of a log are converted.
 struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
     friction: &'a [FrictionTerm],
-    /// Torques after the filter of reversals, N m (N), where a term needs them.
+    /// Torques after the filter of reversals, N m (N). `None`: no friction term needs them.
     load: Option<Vec<Vec<f64>>>,
     differences: &'a Differences<'a>,
     period: f64,
@@ -239,7 +238,7 @@ struct Filtering<'a> {
 }
 
 impl Filtering<'_> {
-    /// Filtered q, dq, ddq, and which rows are used.
+    /// States with the filtered q, dq and ddq, and with the rows that are used.
     fn motion(&self, q: Vec<Vec<f64>>, dq: CoordinateSeries, ddq: CoordinateSeries) -> Result<States, String> {
         let signal = self.signal;
         let q = self.filters.motion.pass(q);
@@ -265,7 +264,8 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The filtered measured signal; `None` where the signal is to be differentiated. Fails where it is requested but absent.
+    /// The measured signal, filtered. `None`: the signal must be differentiated. Fails if a measured signal is requested but
+    /// absent.
     fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
@@ -274,12 +274,12 @@ impl Filtering<'_> {
         }
     }
 
-    /// The chosen samples of series after the filter of the torques.
+    /// The chosen samples of the series, after the filter of the torques.
     fn rounded(&self, x: Vec<Vec<f64>>) -> Vec<f64> {
         self.filters.effort.pass_at(x, self.chosen)
     }
 
-    /// Directions and friction columns from a lightly filtered velocity, after the filter of the torques.
+    /// Directions and friction columns: computed from a lightly filtered velocity `wide`, then filtered like the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speed = |r: usize| c.speed(|k| wide[k][r]);
@@ -293,23 +293,23 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // Each velocity is freed as soon as its direction is computed.
+        // The memory of each velocity is freed when its direction is computed.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }
 }
 
-/// One series per coordinate, where measured.
+/// One series per coordinate. `None`: not measured.
 type CoordinateSeries = Option<Vec<Vec<f64>>>;
 
-/// Inputs of friction columns, as in [`States`].
+/// The directions and friction columns of a record, like the fields of [`States`] with these names.
 struct Directions {
     direction: Vec<f64>,
     motor_direction: Vec<f64>,
     friction: Vec<FilteredFriction>,
 }
 
-/// The signs of the velocities of n joints and of coupled motors at the samples.
+/// The directions without a filter: the signs of the velocities of n joints and of coupled motors at the samples.
 fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(|k| dq[k]))).collect::<Vec<f64>>();
     Directions {
@@ -319,11 +319,11 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     }
 }
 
-/// With fewer samples, starting threads takes longer than it saves.
+/// With fewer samples, no second thread is started, because the start takes longer than it saves.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
-/// The uniform clock to which signals are resampled, s; `None` where they keep their own clock. `places`: indices of the
-/// samples of the motion, where it is sampled less often than the rows. Fails where the clock is unusable.
+/// The times of the uniform clock to which signals are resampled, s. `None`: the signals keep their own clock. `places`: indices
+/// of the samples of the motion, if not every row is a sample. Fails if the clock is unusable.
 fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
     let is_seldom = are_seldom(log)[0] && !signal.own_clock;
     if (log.report.clock.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
@@ -331,7 +331,7 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
     }
     let period = sample_period(&log.report, signal);
     let clock = log.t.first().zip(log.t.last()).and_then(|(&start, &end)| {
-        // A whole number of periods before the first new value.
+        // The clock starts a whole number of periods before the first new value.
         let first = places.and_then(<[usize]>::first).map_or(start, |&r| log.t[r]);
         uniform_clock(&[first - period * ((first - start) / period).floor(), end], period)
     });
@@ -342,9 +342,9 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
     })
 }
 
-/// Adds the motion of a log with joint positions q, rad (m), to `energy`.
+/// Adds the motion of a log to `energy`. `q`: joint positions, rad (m), one series per coordinate.
 ///
-/// A row that repeats all positions of the row before is a missed sample. Its positions are interpolated.
+/// A row that repeats all positions of the previous row is a missed sample. Its positions are interpolated.
 pub(crate) fn add_motion(
     log: &Log,
     mut q: Vec<Vec<f64>>,
@@ -375,12 +375,12 @@ pub(crate) fn add_motion(
     Ok(())
 }
 
-/// Mean time between samples, s.
+/// Mean time between the samples at times t, s.
 fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }
 
-/// The indices of every `decimate`-th sample inside the windows, at least `border` s away from both ends.
+/// The indices of every `decimate`-th sample that is inside the windows and at least `border` s away from both ends.
 fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
     for window in log.window.into_iter().chain(window) {

@@ -6,31 +6,31 @@ use std::f64::consts::TAU;
 use logs::extremes;
 use numerics::fft::RealToComplex;
 
-/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bit pattern of the frequency in Hz, which has the
-/// order of the numbers.
+/// The energy of the velocity by frequency, rad^2/s (m^2/s). The key is the bit pattern of the frequency in Hz. Bit patterns
+/// have the order of the frequencies.
 pub(crate) type Energy = BTreeMap<u64, f64>;
 
-/// A bin counts as motion where it exceeds the mean noise of a bin by this factor.
+/// A bin counts as motion if it exceeds the mean noise of a bin by this factor.
 const MOTION_TO_NOISE_RATIO: f64 = 20.0;
-/// The spectrum of motion is used up to 1/5 of the rate; beyond, differentiated noise would exceed the motion.
+/// The spectrum of the motion is used up to 1/5 of the sampling rate. Above, differentiated noise would exceed the motion.
 const HIGHEST_MOTION_BIN_DIVISOR: usize = 5;
-/// The upper half of the band, from 1/4 of the rate on, contains noise only.
+/// The upper half of the band, from 1/4 of the sampling rate on, contains only noise.
 const LOWEST_NOISE_BIN_DIVISOR: usize = 4;
 
-/// Joints with a smaller range of motion, rad (m), are at rest. Their positions are noise.
+/// A joint with a smaller range of motion, rad (m), is at rest. Its positions are noise.
 pub(crate) const REST_RANGE: f64 = 1e-3;
 
-/// Joints whose range is below this many standard deviations of their noise are at rest too. The range of a million
-/// samples of noise is ten standard deviations.
+/// A joint whose range is below this many standard deviations of its noise is also at rest. The range of a million samples of
+/// noise is ten standard deviations.
 pub(crate) const REST_RANGE_SIGMAS: f64 = 20.0;
 
-/// Highest minus lowest position, rad (m).
+/// The range of positions: highest minus lowest position, rad (m).
 pub(crate) fn excursion(q: &[f64]) -> f64 {
     let (low, high) = extremes(q);
     high - low
 }
 
-/// The frequencies of motion, as bit patterns in Hz, with their energy, rad^2/s (m^2/s); `period` in s.
+/// The frequencies at which the joint moves, as bit patterns in Hz, with the energy of velocity, rad^2/s (m^2/s). `period`: s.
 pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let n = fft.len();
     // The line through both ends is subtracted, so that the periodic continuation has no jump.
@@ -51,9 +51,9 @@ pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) ->
     moving.map(energy).collect()
 }
 
-/// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
+/// The variance of the noise of a position, rad^2 (m^2), from the middle of the record.
 ///
-/// The window is flat at its ends [Harris 1978], so the ends of the block do not leak into the upper half of the band.
+/// The window is flat at its ends [Harris 1978], so that the ends of the block cause no leakage in the upper half of the band.
 pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     let n = fft.len();
     let q = &q[(q.len() - n) / 2..][..n];
@@ -65,13 +65,13 @@ pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
         return 0.0;
     }
     let squares: Vec<f64> = spectrum[n / LOWEST_NOISE_BIN_DIVISOR..].iter().map(|c| c.norm_sqr()).collect();
-    // The squares of the window add up to 3 n / 8.
+    // The sum of the squares of the window is 3 n / 8.
     mean_square(&squares) / (0.375 * n as f64)
 }
 
-/// The mean square of a bin of noise, from the median of the bins.
+/// The mean square of the noise of a bin, estimated from the median of the bins.
 ///
-/// The squares of white noise have an exponential distribution. Spectral lines hardly change the median.
+/// The squares of the bins of white noise have an exponential distribution. Spectral lines hardly change their median.
 fn mean_square(squares: &[f64]) -> f64 {
     let mut squares = squares.to_vec();
     let middle = squares.len() / 2;
@@ -81,7 +81,7 @@ fn mean_square(squares: &[f64]) -> f64 {
     *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
 }
 
-/// The largest number up to n with no prime factors except 2, 3 and 5; n where none is at least 95 % of it.
+/// The largest number up to n that has only the prime factors 2, 3 and 5; n if this number is below 95 % of n.
 pub(crate) fn smooth_length(n: usize) -> usize {
     let smooth = |mut m: usize| {
         for d in [2, 3, 5] {
@@ -104,13 +104,13 @@ pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
 
-/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Times f^5 it is the energy of the noise of n accelerations, h s apart, up to the
-/// frequency f, Hz; `variance`: sigma^2 of a position, rad^2.
+/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Times f^5 it is the energy of the noise of n accelerations, h s
+/// apart, up to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }
 
-/// The frequency below which the energy is `sum`, Hz.
+/// The frequency up to which the energy adds up to `sum`, Hz.
 pub(crate) fn quantile(energy: &Energy, sum: f64) -> f64 {
     let mut below = 0.0;
     let reached = energy.iter().find(|(_, e)| {

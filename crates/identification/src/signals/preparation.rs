@@ -1,4 +1,4 @@
-//! From a log to the records of an identification: one for each segment between gaps of its clock.
+//! From a log to the records of an identification. There is one record for each segment between gaps of the clock.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::regressor::{Regressor, predict_load};
@@ -15,18 +15,18 @@ use crate::signals::transmission::Transmission;
 pub struct Preparation {
     /// The transmission between the log and the joints.
     pub transmission: Transmission,
-    /// How signals become states.
+    /// The options for filters, derivatives, clock and window.
     pub signal: Signal,
-    /// Friction terms whose columns are computed before the filter, without terms that are linear in the motion.
+    /// Friction terms whose columns are computed first and then filtered; without terms that are linear in the motion.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters that predict the load of load-dependent friction; empty without such friction.
+    /// Base parameters that predict the load in load-dependent friction. Empty without such friction.
     pub load: Vec<f64>,
-    /// The frequency content of all logs that are fitted together, where known.
+    /// The frequency content of all logs that are fitted together. `None`: not known.
     pub content: Option<FrequencyContent>,
 }
 
 impl Preparation {
-    /// This preparation for logs with this frequency content, which gives the cut-off where the options have none.
+    /// A copy for logs with this frequency content. If the options have no cut-off, it follows from the content.
     pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
         if self.signal.order > 0 {
             self.signal.cutoff.get_or_insert(content.cutoff);
@@ -35,7 +35,7 @@ impl Preparation {
         self
     }
 
-    /// Adds the motion of a log, or of a block of a log, to `energy`.
+    /// Adds the motion of a log or of a block of a log to `energy`, by its positions at the joints.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
         if log.report.clock.gaps == 0 {
             return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
@@ -47,9 +47,9 @@ impl Preparation {
         Ok(())
     }
 
-    /// This preparation with the frequency content of logs that are fitted together.
+    /// A copy with the frequency content of these logs, which are fitted together.
     ///
-    /// Fails where a log does not fit the transmission.
+    /// Fails if a log does not fit the transmission.
     pub fn for_logs(&self, logs: &[Log]) -> Result<Preparation, Error> {
         let mut energy = MotionEnergy::default();
         for log in logs {
@@ -60,9 +60,9 @@ impl Preparation {
     }
 }
 
-/// The states of a log, one record for each segment between gaps of its clock.
+/// The states of a log: one record for each segment between gaps of the clock.
 ///
-/// Fails where the log does not fit the regressor or the options, and where no sample remains.
+/// Fails if the log does not fit the regressor or the options, or if no sample remains.
 pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -> Result<Vec<States>, Error> {
     let states = states_or_none(regressor, log.clone(), preparation)?;
     if states.is_empty() {
@@ -77,7 +77,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// The states of a log like `states`, but empty where no sample remains.
+/// The states of a log like `states`, but an empty list if no sample remains.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: Log,
@@ -87,7 +87,7 @@ pub(crate) fn states_or_none(
         let states = states_of(regressor, log, preparation)?;
         return Ok(if states.is_empty() { Vec::new() } else { vec![states] });
     }
-    // One cut-off for all segments.
+    // All segments have the same cut-off.
     let preparation = match preparation.content {
         Some(_) => preparation.clone(),
         None => preparation.for_logs(std::slice::from_ref(&log))?,
@@ -102,15 +102,15 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Larger than any signal of a robot in any unit; squares of much larger numbers would overflow.
+/// Limit of a signal, larger than any signal of a robot in any unit. Squares of much larger numbers would overflow.
 const IMPOSSIBLE_SIGNAL: f64 = 1e100;
 
-/// A thousand turns, rad. Cables limit a joint between links to a few turns, and a rotor before its gear turns about a
-/// hundred times as far. The angle of a wheel can be reduced by whole turns without loss, because torques depend on its
-/// angle within a turn only. From 2^27 rad on the generated sine is NaN.
+/// Largest angle of a joint, rad: a thousand turns. Cables limit a joint between links to a few turns, and a rotor before its
+/// gear turns about a hundred times as far. The angle of a wheel can be reduced by whole turns without loss, because torques
+/// depend only on the angle within a turn. From 2^27 rad on the generated sine is NaN.
 const LARGEST_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
 
-/// Fails for positions that cannot be angles of a joint, such as the counts of an encoder.
+/// Fails if positions cannot be angles of a joint, such as the counts of an encoder.
 fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<(), Error> {
     for (k, q) in q.iter().enumerate().filter(|(k, _)| !regressor.is_prismatic(*k)) {
         if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > LARGEST_ANGLE_RAD) {
@@ -126,13 +126,13 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
     Ok(())
 }
 
-/// The coordinates without a drive whose motion is prescribed from outside.
+/// The coordinates that have no drive and are moved from outside.
 fn prescribed(log: &Log) -> Vec<usize> {
     let suspects = log.report.suspect.iter().enumerate();
     suspects.filter(|(_, suspect)| suspect.undriven == Some(NoTorqueReason::Prescribed)).map(|(k, _)| k).collect()
 }
 
-/// The states of a log without gaps; empty where no sample remains between the ends and inside the window.
+/// The states of a log without gaps. Empty if no sample remains between the ends and inside the window.
 fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> Result<States, Error> {
     let n = regressor.coordinates().len();
     if log.coordinates.len() != n {
@@ -153,7 +153,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
             "the signals exceed the range of floating-point numbers; look for absurd values in the log",
         ));
     }
-    // The external force on a prescribed coordinate is unknown: its motion is used, its row is not.
+    // The external force on a prescribed coordinate is unknown. Its motion is used, but not its row.
     states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());
@@ -169,7 +169,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     Ok(states)
 }
 
-/// Sets the log number of records.
+/// Sets the log number of all records.
 pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
     records.iter_mut().for_each(|states| states.log = number);
     records

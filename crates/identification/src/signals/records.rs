@@ -1,4 +1,4 @@
-//! The records of an identification: states in memory, or recomputed in every pass where they are too many.
+//! The records of an identification. Their states are in memory, or are recomputed in every pass if there are too many.
 //!
 //! The states of a log of several blocks (`logs::LogStream`) do not depend on the source of its blocks. States of the first
 //! blocks are kept in memory, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are recomputed in every
@@ -15,21 +15,21 @@ use crate::signals::preparation::{Preparation, of_log, states, states_or_none};
 use crate::signals::seldom::sample_period;
 use crate::signals::thinned::{SecondReader, ThinnedSamples};
 
-/// Records in a fixed order, which an estimator can traverse several times.
+/// Records in a fixed order. An estimator can iterate over them several times.
 pub trait Records {
     /// Calls `take` with the states of each record in order.
     ///
-    /// Fails when the states cannot be read (again), because a file is missing or a number is out of range.
+    /// Fails if the states cannot be read (again), because a file is missing or a number is out of range.
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error>;
 
-    /// Every m-th sample, with the smallest m that gives at most `most` samples.
+    /// Every m-th sample of all records, with the smallest m that gives at most `most` samples.
     ///
-    /// Fails where `each` fails.
+    /// Fails if `each` fails.
     fn thinned(&self, most: usize) -> Result<ThinnedSamples, Error> {
         ThinnedSamples::of(|take| self.each(take), most)
     }
 
-    /// Number of contiguous blocks of each record whose triangles are kept separately, for cross-validation.
+    /// Number of contiguous blocks of each record. Their triangles are kept separately, for cross-validation.
     fn parts(&self) -> usize {
         BLOCKS_PER_RECORD
     }
@@ -54,7 +54,7 @@ pub struct SourceRecords<'a> {
 
 struct Stream<'a> {
     log: &'a LogStream,
-    /// Number of the log, from 0.
+    /// Index of the log, from 0.
     number: usize,
     preparation: Box<Preparation>,
     /// Overlap of a block with its neighbours, s.
@@ -63,14 +63,15 @@ struct Stream<'a> {
 
 enum RecordSource<'a> {
     Held(Vec<States>),
-    /// The states of the first blocks, the number of these blocks, and the stream of the other blocks.
+    /// The states of the first blocks, the number of these blocks, and the stream that recomputes the states of the other
+    /// blocks.
     Streamed(Vec<States>, usize, Stream<'a>),
 }
 
 impl<'a> SourceRecords<'a> {
-    /// The records of logs.
+    /// Makes the records of logs.
     ///
-    /// Fails when a log does not fit the robot, the transmission or the signal preparation.
+    /// Fails if a log does not fit the robot, the transmission or the signal preparation.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
         SourceRecords::new_within(regressor, logs, preparation, MAX_HELD_BYTES)
     }
@@ -80,7 +81,7 @@ impl<'a> SourceRecords<'a> {
         self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// The records of logs; `held`: bytes up to which logs of several blocks and their states are kept in memory.
+    /// Makes the records of logs. `held`: largest memory for logs of several blocks and their states, bytes.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -105,7 +106,7 @@ impl<'a> SourceRecords<'a> {
                         if is_whole {
                             left -= bytes;
                             blocks += 1;
-                            // The copy uses memory that the signals of the block have freed, which avoids fragmentation.
+                            // The copy uses memory that the signals of the block have freed. This avoids fragmentation.
                             records.extend(of_block.iter().cloned());
                         }
                         is_whole
@@ -119,10 +120,10 @@ impl<'a> SourceRecords<'a> {
     }
 }
 
-/// Bytes up to which long logs and their states are kept in memory; with working memory 700 MiB in total.
+/// Largest memory for long logs and their states, bytes. With working memory the total is 700 MiB.
 const MAX_HELD_BYTES: usize = 1 << 29;
 
-/// The preparation with the content of all logs together, which sets the cut-off.
+/// The preparation with the frequency content of all logs together, which sets the cut-off.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
     let mut energy = MotionEnergy::default();
     logs.iter().try_for_each(|log| add_motion(log, preparation, &mut energy))?;
@@ -131,7 +132,7 @@ fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Prepara
 
 /// Adds the motion of a log to `energy`, from which the default cut-off follows.
 ///
-/// Fails where the log does not fit the transmission, or cannot be read again.
+/// Fails if the log does not fit the transmission, or cannot be read again.
 pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut MotionEnergy) -> Result<(), Error> {
     match log {
         LogSource::Held(log) => preparation.add_motion(log, energy)?,
@@ -145,7 +146,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// A stream with a fixed decimation, which is then equal in all blocks.
+    /// Makes a stream. Its decimation is fixed here, so that it is equal in all blocks.
     fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -156,7 +157,7 @@ impl<'a> Stream<'a> {
         Stream { log, number, preparation, overlap }
     }
 
-    /// Computes the states of the blocks from `first` on, block by block, until `take` returns false.
+    /// Computes the states of each block from block `first` on and calls `take` with them, until `take` returns false.
     fn each(
         &self,
         regressor: &dyn Regressor,
@@ -178,7 +179,7 @@ impl<'a> Stream<'a> {
 }
 
 impl SourceRecords<'_> {
-    /// Calls `take` with the states of each record, from memory or recomputed.
+    /// Calls `take` with the states of each record, which are in memory or recomputed.
     fn each_record(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
@@ -235,7 +236,7 @@ mod tests {
         path
     }
 
-    /// Opens a log, in blocks of 2000 rows where not all rows fit into `held`.
+    /// Opens a log. It is read in blocks of 2000 rows if not all rows fit into `held`.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0
@@ -267,10 +268,10 @@ mod tests {
             let (streamed_hz, held_hz) = (streamed.cutoff.unwrap(), held.cutoff.unwrap());
             assert!((streamed_hz / held_hz - 1.0).abs() < 1e-12, "{streamed_hz} {held_hz}");
             for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
-                // The effect of the filter's start has decayed to 1e-12.
+                // The effect of the start of the filter has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // The clusters of a streamed log are parts of its blocks: about fifty draws instead of twenty.
+                // The clusters of a streamed log are blocks of its blocks: about fifty draws instead of twenty.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);

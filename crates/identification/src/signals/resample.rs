@@ -1,12 +1,12 @@
 //! Resampling of a log to a uniform clock, by linear interpolation.
 
-/// Largest number of samples; more of them mean a wrong rate, not a long log.
+/// Largest number of resampled samples. More samples mean a wrong rate, not a long log.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
-/// Relative margin that keeps a whole number of periods whole against rounding.
+/// Relative margin against rounding, so that a whole number of periods is counted as whole.
 const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
-/// Times `period` apart, s, from the first up to at most the last of `t`; `None` where there would be fewer than two of
-/// them, or more than the largest number.
+/// Times in steps of `period`, s, from the first time of `t` up to at most the last. `None` if there were fewer than two times,
+/// or too many.
 pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
     let steps = ((last - first) / period * (1.0 + WHOLE_PERIOD_MARGIN)).floor();
@@ -14,7 +14,8 @@ pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// The signal x(t) at each time of `at`, both in increasing order; constant beyond the ends.
+/// The samples x at times t, interpolated linearly at the times `at`; beyond the ends the first or last sample. `t` and `at`
+/// increase.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

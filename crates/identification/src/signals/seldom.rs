@@ -1,34 +1,34 @@
 //! Signals with a lower sampling rate than the rows of their log.
 //!
-//! A row that repeats the previous value is no sample: the value belongs to the time of its first row. Such signals are
-//! sampled at those times, with a clock of their own rate, so that cut-off, noise and number of rows do not depend on the
+//! A row that repeats the previous value is not a sample: the value belongs to the time of the first row that has it. Such a
+//! signal is sampled at these times, and its clock has its own rate. So cut-off, noise and number of rows do not depend on the
 //! rate of the logger. Torques with a lower rate than the positions are interpolated between their own samples.
 
 use logs::{Log, LogReport};
 
 use crate::signals::signal_options::Signal;
 
-/// Time between the samples of a prepared log, s: by the requested rate, or by the rate of the positions.
+/// Time between the samples of a prepared log, s: from the requested rate, or else from the rate of the positions.
 pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
     let seldom = report.refresh.seldom_motion(report.clock.period).filter(|_| !signal.own_clock);
     let period = seldom.unwrap_or(report.clock.period);
     signal.rate.map_or(period, |rate| 1.0 / rate)
 }
 
-/// The row indices at which some of the series change, from the first change on; `None` where each row is a sample.
+/// The row indices at which at least one series changes. `None` if each row is a sample.
 pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
     let rows = group.first().filter(|_| is_seldom)?.len();
     let places: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
     (places.len() > 1).then_some(places)
 }
 
-/// Whether positions, and whether torques, of a log have a lower sampling rate than its rows.
+/// Whether the positions of a log have a lower sampling rate than its rows, and whether the torques have.
 pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
     let (refresh, period) = (&log.report.refresh, log.report.clock.period);
     [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]
 }
 
-/// The samples of a series at these indices.
+/// The samples of a series at the indices `places`.
 pub(crate) fn at_places(x: &[f64], places: &[usize]) -> Vec<f64> {
     places.iter().map(|&r| x[r]).collect()
 }
@@ -47,7 +47,7 @@ mod tests {
     /// A log of a pendulum at 500 Hz with new positions every `motion` rows and new torques every `effort` rows.
     fn log(motion: usize, effort: usize) -> Log {
         let arm = Pendulum::new();
-        // Angle and torque at the first row of each value.
+        // Angle and torque at row r, which is the first row of a new value.
         let at = |r: usize| {
             let t = 2e-3 * r as f64;
             let (a, b) = ((2.0 * t).sin_cos(), (5.1 * t).sin_cos());
@@ -79,7 +79,7 @@ mod tests {
             energy.content()
         };
         let (a, b) = (cutoff(&fresh), cutoff(&held));
-        // Tolerance: one bin of 16 s to both sides.
+        // The tolerance is one bin of 16 s in both directions.
         assert!((a.f95[0] - b.f95[0]).abs() <= 0.126, "{a:?} {b:?}");
         let signal = Signal { cutoff: Some(10.0), decimate: Some(1), ..Signal::default() };
         let preparation = Preparation { signal, ..Preparation::default() };

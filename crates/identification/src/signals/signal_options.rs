@@ -9,35 +9,35 @@ use crate::signals::butterworth::Butterworth;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Signal {
-    /// Cut-off of the low-pass for positions and velocities, Hz; by default the rule of `cutoff`.
+    /// Cut-off of the low-pass for positions and velocities, Hz. `None`: by the rule of `cutoff`.
     pub cutoff: Option<f64>,
-    /// Cut-off of the low-pass for torques, Hz; by default the cut-off for positions.
+    /// Cut-off of the low-pass for torques, Hz. `None`: the cut-off for positions.
     pub effort_cutoff: Option<f64>,
     /// Order of the low-pass; 0: no filter.
     pub order: usize,
-    /// Keep every n-th sample; by default ten samples per period of the cut-off.
+    /// Every n-th sample is kept. `None`: n for ten samples per period of the cut-off.
     pub decimate: Option<usize>,
-    /// Rate of the uniform clock for resampling, Hz; by default the rate of the log where its clock is not uniform.
+    /// Rate of the uniform clock for resampling, Hz. `None`: the rate of the log, and only if its clock is not uniform.
     pub rate: Option<f64>,
-    /// Whether the log keeps its own clock, even where it is not uniform.
+    /// Whether the log keeps its own clock, even if this is not uniform.
     pub own_clock: bool,
-    /// Source of dq.
+    /// Source of the velocities dq.
     pub velocity: Velocity,
-    /// Source of ddq.
+    /// Source of the accelerations ddq.
     pub acceleration: Velocity,
-    /// Time dropped at each end, s; by default one period of the cut-off, three where velocities are differentiated.
+    /// Time dropped at each end, s. `None`: one period of the cut-off, three if velocities are differentiated.
     pub border: Option<f64>,
-    /// Interval of the used samples.
+    /// Interval of the samples that are used. `None`: all samples.
     pub window: Option<Window>,
-    /// Speed below which rows of a joint are dropped, rad/s (m/s); 0: no row is dropped. By default the rows of a joint at
-    /// standstill (`standstill`) are dropped where the model has dry friction.
+    /// Speed below which rows of a joint are dropped, rad/s (m/s); 0: no row is dropped. `None`: if the model has dry friction,
+    /// the rows of a joint at standstill (`standstill`) are dropped.
     pub standstill: Option<f64>,
-    /// Delay of the torques relative to the positions, s: a [`possible_delay`].
+    /// Delay of the torques relative to the positions, s. It must be a [`possible_delay`].
     pub delay: f64,
-    /// Whether the columns of dry friction are computed from a velocity with a separate cut-off, and then filtered like the
-    /// torques. Then the filter smooths the jumps of columns and torques at reversals equally.
+    /// Whether the columns of dry friction are computed from a velocity with a higher cut-off, and then filtered like the
+    /// torques. Then the filter smooths the jumps of the columns and of the torques at reversals equally.
     pub filtered_sign: bool,
-    /// Cut-off of that velocity, Hz; by default `REVERSAL_CUTOFF_RATIO` times the cut-off for torques.
+    /// Cut-off of the velocity for `filtered_sign`, Hz. `None`: `REVERSAL_CUTOFF_RATIO` times the cut-off for torques.
     pub reversal_cutoff: Option<f64>,
 }
 
@@ -62,23 +62,23 @@ impl Default for Signal {
     }
 }
 
-/// Cut-off of the velocity for reversals over the cut-off for torques.
+/// Ratio of the cut-off of the velocity for reversals to the cut-off for torques.
 pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
-/// Longest delay, s. A delay is a fault of a logger, and shorter than a second.
+/// Longest delay, s. A delay is caused by a logger and is shorter than a second.
 const LONGEST_DELAY_S: f64 = 1.0;
 /// Default number of samples per period of the cut-off.
 const SAMPLES_PER_CUTOFF_PERIOD: f64 = 10.0;
-/// Margin that keeps a whole number of samples whole: the clocks of two logs differ in the last digits.
+/// Margin so that a whole number of samples is counted as whole, although the clocks of two logs differ in the last digits.
 const WHOLE_SAMPLE_MARGIN: f64 = 1e-6;
-/// Default time dropped at each end, in periods of the cut-off, where velocities are differentiated.
+/// Default time dropped at each end if velocities are differentiated, in periods of the cut-off.
 const DIFFERENTIATED_BORDER_PERIODS: f64 = 3.0;
-/// Samples added to the memory of a signal, for differences and interpolation.
+/// Number of samples added to the memory of a signal, for differences and interpolation.
 const MEMORY_MARGIN_SAMPLES: f64 = 8.0;
 
-/// Returns `seconds` where it is a possible delay of torques relative to positions, s.
+/// Returns `seconds` if it is a possible delay of torques relative to positions, s.
 ///
-/// Fails with the expected range otherwise.
+/// Otherwise fails; the message states the expected range.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
     // This is false for NaN too.
     let is_possible = seconds.abs() < LONGEST_DELAY_S;
@@ -88,20 +88,21 @@ pub fn possible_delay(seconds: f64) -> Result<f64, String> {
 }
 
 impl Signal {
-    /// Every n-th sample is kept: n by `decimate`, or for ten samples per period of `cutoff`, Hz; `period` in s.
+    /// The n of "every n-th sample is kept": from `decimate`, or for ten samples per period of `cutoff`, Hz. `period`: s.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
         let samples = 1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff * period);
         let by_cutoff = if cutoff > 0.0 { (samples + WHOLE_SAMPLE_MARGIN) as usize } else { 1 };
         self.decimate.unwrap_or(by_cutoff).max(1)
     }
 
-    /// Time dropped at each end, s. There the filter extrapolates the signal, and differentiating doubles the error.
+    /// Time dropped at each end, s. The filter extrapolates the signal there, and differentiation doubles the error. `cutoff`:
+    /// Hz.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { DIFFERENTIATED_BORDER_PERIODS } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
     }
 
-    /// Time after which the effect of the ends of a signal is negligible, s, for a `cutoff` in Hz and a `period` in s.
+    /// Time after which the effect of the ends of a signal is negligible, s. `cutoff`: Hz; `period`: s.
     pub(crate) fn memory(&self, cutoff: f64, period: f64) -> f64 {
         let slowest = match (self.order, self.effort_cutoff) {
             (0, _) => 0.0,
@@ -111,15 +112,15 @@ impl Signal {
     }
 }
 
-/// The source of a derivative.
+/// The source of a velocity or an acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Velocity {
-    /// The measured signal where the log has it.
+    /// The measured signal if the log has it, else the derivative.
     #[default]
     Auto,
-    /// Measured; an error where the log has none.
+    /// The measured signal. It is an error if the log does not have it.
     Measured,
-    /// Differentiated, also where it was measured.
+    /// The derivative, even if the log has the measured signal.
     Differentiated,
 }

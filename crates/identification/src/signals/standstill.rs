@@ -1,34 +1,35 @@
 //! Detection of standstill of a joint.
 //!
-//! Stiction is not in the model. A joint at rest carries any torque up to its Coulomb friction, so its rows are wrong.
-//! A slow reversal is no standstill. With constant acceleration the joint spends half of the time in the quarter of its
-//! path that is nearest to the turning point. A joint that sticks at the turning point spends most of the time there.
+//! Stiction is not in the model. A joint at rest can carry any torque up to its Coulomb friction, so its rows are wrong. A slow
+//! reversal is not a standstill. With constant acceleration the joint spends half of the time in the quarter of its path that is
+//! nearest to the turning point. A joint that sticks at the turning point spends most of the time there.
 
 use std::ops::Range;
 
-/// Time for which a joint must stay within [`STANDSTILL_BAND`], s.
+/// A joint is at standstill if it stays within [`STANDSTILL_BAND`] for this time, s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the band, rad (m): a speed of 1e-3 rad/s (m/s) over the span.
+/// Width of the position band of a standstill, rad (m). It is a speed of 1e-3 rad/s (m/s) times [`STANDSTILL_SPAN_S`].
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// Depth of a reversal with constant acceleration, over the speed of the band times the duration: it turns from that speed
-/// to its negative.
+/// Path to the turning point of a reversal with constant acceleration from the speed of the band to its negative, divided by
+/// this speed times the duration.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
-/// Least depth of a reversal over the depth of one with constant acceleration.
+/// Least path to the turning point, relative to a reversal with constant acceleration. With less it is a standstill.
 const LEAST_DEPTH_SHARE: f64 = 0.6;
 
-/// The share of the path next to the turning point.
+/// The share of the path that counts as near the turning point.
 const TURNING_PATH_SHARE: f64 = 0.25;
 
-/// Largest share of the time that a reversal spends there: half with constant acceleration, plus a margin for its change.
+/// Largest share of the time that a reversal spends near the turning point: half for constant acceleration, plus a margin for a
+/// changing one.
 const REVERSAL_TIME_SHARE: f64 = 0.6;
 
-/// For each sample of a position q, rad (m), whether the joint is at standstill; `period` in s.
+/// For each sample of a position q, rad (m), whether the joint is at standstill. `period`: s.
 ///
-/// It is, in spans in which the position stays within the band. Adjacent spans are merged, and a merged span that is a
-/// reversal is no standstill.
+/// The joint is at standstill in a span in which its position stays within the band. Adjacent spans are merged. A merged span
+/// that is a reversal is not a standstill.
 pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     let span = ((STANDSTILL_SPAN_S / period).ceil() as usize).max(2);
     let mut still = vec![false; q.len()];
@@ -51,7 +52,7 @@ pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     still
 }
 
-/// The number of samples for which a position stays within the band; 0 where it is shorter than a span.
+/// The number of samples from the start of q for which the position stays within the band; 0 if this is less than `span`.
 fn stay(q: &[f64], span: usize) -> usize {
     if (q[span - 1] - q[0]).abs() > STANDSTILL_BAND {
         return 0;
@@ -65,18 +66,18 @@ fn stay(q: &[f64], span: usize) -> usize {
 }
 
 fn mark(q: &[f64], slow: Range<usize>, span: usize, still: &mut [bool]) {
-    // The motion before and after a record is unknown: a slow range at its ends counts as rest.
+    // The motion before and after a record is unknown, so a slow range at its ends counts as standstill.
     let is_inside = slow.start >= span && slow.end + span <= q.len();
     let is_turn = is_inside && [1.0, -1.0].iter().any(|sign| is_reversal(&q[slow.clone()], *sign, span));
     still[slow].fill(!is_turn);
 }
 
-/// Whether a slow range is a turn at its smallest position (`sign` 1) or largest (-1), without a rest there.
+/// Whether a slow range is a reversal at its smallest (`sign` 1) or largest position (-1), without a rest there.
 fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     let depth = |x: f64| sign * x;
     let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
     let bottom = q.iter().map(|x| depth(*x)).fold(f64::INFINITY, f64::min);
-    // The path on the side on which it is shorter.
+    // The path to the turning point, from the side on which it is shorter.
     let path = depth(first).min(depth(last)) - bottom;
     let expected = CONSTANT_ACCELERATION_DEPTH * STANDSTILL_BAND * q.len() as f64 / span as f64;
     if path < LEAST_DEPTH_SHARE * expected {
@@ -86,8 +87,8 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     within(TURNING_PATH_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
-/// For joints (of n) at standstill in all samples: sets rates to zero and positions to their mean. Their noise would otherwise
-/// determine parameters that depend on the motion of this joint only. Returns `used`.
+/// For each of n joints that is at standstill in all samples: sets its rates to zero and its positions to their mean. Otherwise
+/// their noise would determine parameters that depend only on the motion of this joint. Returns `used`.
 pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
     let samples = used.len() / n.max(1);
@@ -108,7 +109,7 @@ mod tests {
     #[test]
     fn rest_is_found_and_reversals_are_not() {
         let period = 0.01;
-        // At rest for 1 s, a swing of 2 s at up to 0.05 rad/s, at rest again.
+        // The joint rests for 1 s, swings for 2 s at up to 0.05 rad/s, and rests again.
         let position = |i: usize| {
             let t = (i as f64 * period - 1.0).clamp(0.0, 2.0);
             0.3 + 0.05 / std::f64::consts::PI * (1.0 - (std::f64::consts::PI * t).cos())
@@ -117,10 +118,10 @@ mod tests {
         let still = standstill(&q, period);
         let moving = |r: Range<usize>| still[r].iter().filter(|s| !**s).count();
         assert_eq!(moving(0..100), 0);
-        // The reversal at 2 s is no standstill. Start and end of the swing are slow and are not checked.
+        // The reversal at 2 s is not a standstill. Start and end of the swing are slow and are not checked.
         assert_eq!(moving(120..280), 160);
         assert_eq!(moving(300..400), 0);
-        // There is no standstill at ten times the speed of the band, nor in a record shorter than the span.
+        // At ten times the speed of the band there is no standstill, nor in a record shorter than the span.
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));

@@ -8,19 +8,20 @@ use logs::Error;
 /// Largest number of thinned samples.
 pub const MOST_THINNED_SAMPLES: usize = 3000;
 
-/// Every m-th sample of records in their order, counted over all of them.
+/// Every m-th sample of records, counted over all records in their order.
 #[derive(Clone, Debug, Default)]
 pub struct ThinnedSamples {
-    /// Number of samples of all records.
+    /// Number of samples of all records before thinning.
     pub count: usize,
-    /// The step m.
+    /// The m of "every m-th sample".
     pub every: usize,
-    /// By record: the number of samples of all records before it, and its thinned samples.
+    /// For each record: the number of samples of all records before it, and its thinned samples.
     pub records: Vec<(usize, States)>,
 }
 
 impl ThinnedSamples {
-    /// At most `most` samples, in two passes: `each` traverses the states of all records, for counting and for thinning.
+    /// Selects at most `most` samples in two passes, one for counting and one for thinning. `each`: iterates over the states of
+    /// all records.
     pub(crate) fn of(
         each: impl Fn(&mut dyn FnMut(&States)) -> Result<(), Error>,
         most: usize,
@@ -35,7 +36,7 @@ impl ThinnedSamples {
         Ok(found)
     }
 
-    /// An empty selection of at most `most` of `count` samples.
+    /// Makes an empty selection for at most `most` of `count` samples.
     fn new(count: usize, most: usize) -> ThinnedSamples {
         ThinnedSamples { count, every: count.div_ceil(most.max(1)).max(1), records: Vec::new() }
     }
@@ -47,7 +48,7 @@ impl ThinnedSamples {
     }
 }
 
-/// Thinned samples that passes over recomputed records collect: the first pass counts the samples, the second keeps
+/// Collects thinned samples during passes over recomputed records. The first pass counts the samples, and the second keeps
 /// [`MOST_THINNED_SAMPLES`] of them.
 #[derive(Default)]
 pub(crate) struct SecondReader {
@@ -56,7 +57,7 @@ pub(crate) struct SecondReader {
 }
 
 impl SecondReader {
-    /// A pass: `each` traverses the states of all records, which are passed on to `take`.
+    /// Runs a pass. `each`: iterates over the states of all records, which are passed on to `take`.
     pub(crate) fn pass(
         &self,
         each: impl FnOnce(&mut dyn FnMut(&States)) -> Result<(), Error>,
@@ -79,13 +80,14 @@ impl SecondReader {
         Ok(())
     }
 
-    /// The thinned samples, where a pass has collected them.
+    /// The thinned samples. `None` if no pass has collected them, or if another number than [`MOST_THINNED_SAMPLES`] is asked
+    /// for.
     pub(crate) fn found(&self, most: usize) -> Option<ThinnedSamples> {
         self.thinned.borrow().clone().filter(|_| most == MOST_THINNED_SAMPLES)
     }
 }
 
-/// Every `every`-th sample from `first` on.
+/// Every `every`-th sample of states, from index `first` on.
 fn some(states: &States, first: usize, every: usize) -> States {
     let (n, chosen) = (states.n, (first..states.len()).step_by(every));
     let series = |x: &[f64], width: usize| -> Vec<f64> {

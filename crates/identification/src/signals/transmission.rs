@@ -1,8 +1,9 @@
-//! The transmission from motors to joints.
+//! The transmission from motors to joints: gears, couplings, offsets, drive gains, scales, springs.
 //!
-//! q = R^-1 q_m + q_0, tau = R' tau_m / s - k q (power is equal on both sides of R), tau_m = K i for currents; s and k are a
-//! scale and a spring of each joint. R has gear ratios and signs on its diagonal, and couplings off the diagonal. The wrist
-//! of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
+//! q = R^-1 q_m + q_0, tau = R' tau_m / s - k q, so that the power is equal on both sides of R; tau_m = K i for currents i and
+//! drive gains K. q_m, tau_m: positions and torques of the motors; q_0: offsets; s, k: scale and spring of each joint. R has
+//! gear ratios with signs on its diagonal, and couplings off the diagonal. For example, the wrist of a Staubli TX40 has q_m6 =
+//! 32 (q_5 + q_6).
 //!
 //! The inertia and friction of a motor that also turns with other joints act on all of these joints
 //! ([`linear_model::coupling`]).
@@ -15,27 +16,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::signals::joint_signals::JointSignals;
 
-/// The transmission between the log and the joints; absent fields change nothing.
+/// The transmission between the signals of a log and the joints. A field that is absent changes nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transmission {
-    /// Motor angle over joint angle, with sign, by joint; it applies to the torques too.
+    /// Gear ratio of each joint: motor angle divided by joint angle, with sign. It applies to the torques too.
     pub ratios: Option<Vec<f64>>,
-    /// Off-diagonal entries of R: (motor, joint, R), counted from 1.
+    /// Off-diagonal entries of R: (motor, joint, entry). Motors and joints are counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
-    /// Whether coupled motors have no columns of inertia and friction in the model.
+    /// Whether coupled motors get no columns of inertia and friction in the model.
     pub rigid_couplings: bool,
-    /// Whether positions and velocities in the log are on the joint side already, and only torques are not.
+    /// Whether positions and velocities in the log are already those of the joints, and only torques are those of the motors.
     pub joint_side_positions: bool,
-    /// Joint position in the model minus joint position in the log, rad (m).
+    /// Offset of each joint: position in the model minus position in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
-    /// Drive gains, N m/A at the motor (at the joint without ratios).
+    /// Drive gain of each motor, N m/A, at the motor shaft (at the joint if there are no ratios).
     pub drive_gains: Option<Vec<f64>>,
-    /// Torque in the log over torque of the joint, by joint.
+    /// Scale of each joint: torque in the log divided by torque of the joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scales: Option<Vec<f64>>,
-    /// Stiffness of known springs at the joints, N m/rad (N/m): their torque, stiffness times position in the model, is
-    /// subtracted.
+    /// Stiffness of a known spring at each joint, N m/rad (N/m). The torque of the spring, stiffness times position in the
+    /// model, is subtracted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub springs: Option<Vec<f64>>,
     /// Springs, cables and bearings whose torques are columns of the model.
@@ -47,16 +48,16 @@ pub struct Transmission {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TransmissionElement {
-    /// Suffix of the names of its parameters.
+    /// The name of the element, which is the suffix in the names of its parameters.
     pub name: String,
-    /// Pairs (joint, c), joints counted from 1.
+    /// The joints of the element with their coefficients: pairs (joint, c), joints counted from 1.
     pub along: Vec<(usize, f64)>,
-    /// The kinds of torque that it has.
+    /// The torques of the element, each with a column in the model.
     pub torques: Vec<CouplingParameter>,
 }
 
 impl TransmissionElement {
-    /// An error text where it is invalid for a robot of n joints; `None` where it is valid.
+    /// The error text if the element is invalid for a robot of n joints. `None` if it is valid.
     fn fault(&self, n: usize) -> Option<String> {
         let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
         let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
@@ -79,7 +80,7 @@ impl TransmissionElement {
 }
 
 impl Transmission {
-    /// The coupled motors, each once with all joints that turn it, then the elements; each has columns in the model.
+    /// The coupled motors, each once with all joints that turn it, then the elements. All have columns in the model.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
         let mut motors: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
@@ -99,7 +100,7 @@ impl Transmission {
         motors.chain(self.elements.iter().map(element)).collect()
     }
 
-    /// Fails where a list does not fit n joints.
+    /// Fails if a list does not fit a robot of n joints, or if an element is invalid.
     pub fn check(&self, n: usize) -> Result<(), Error> {
         let lists = [
             ("ratios", &self.ratios),
@@ -108,7 +109,7 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets and springs may be zero; the torque is multiplied or divided by the other numbers.
+        // Offsets and springs may be zero. The other numbers may not, because they multiply or divide the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -120,7 +121,7 @@ impl Transmission {
                 return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
             }
         }
-        // Names of elements are part of parameter names, so they must be unique.
+        // The names of elements are part of parameter names, so they must be unique.
         for (i, element) in self.elements.iter().enumerate() {
             let name = &element.name;
             if let Some(fault) = element.fault(n) {
@@ -141,7 +142,7 @@ impl Transmission {
         Ok(())
     }
 
-    /// R, and its inverse where the positions of the log are on the motor side.
+    /// The matrix R, and its inverse if the positions of the log are those of the motors.
     fn matrices(&self, n: usize) -> Result<(DMatrix<f64>, Option<DMatrix<f64>>), Error> {
         self.check(n)?;
         let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
@@ -163,7 +164,7 @@ impl Transmission {
         q
     }
 
-    /// The torques after removal of scales and springs, N m (N).
+    /// Removes scales and springs from the torques of the joints, N m (N). `q`: positions in the model.
     fn of_bodies(&self, mut tau: Vec<Vec<f64>>, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
         for (tau, scale) in tau.iter_mut().zip(self.scales.iter().flatten()) {
             tau.iter_mut().for_each(|x| *x /= scale);
@@ -174,17 +175,17 @@ impl Transmission {
         tau
     }
 
-    /// The positions of a log on the joint side, rad (m).
+    /// The positions of the joints from the positions of a log, rad (m).
     ///
-    /// Fails when a list is not n long, or R is singular.
+    /// Fails if a list does not have n entries, or if R is singular.
     pub fn positions(&self, log: &Log) -> Result<Vec<Vec<f64>>, Error> {
         let (_, to_joint) = self.matrices(log.coordinates.len())?;
         Ok(self.shifted(joint_angles(to_joint.as_ref(), log.q.clone())))
     }
 
-    /// The signals of a log on the joint side.
+    /// Converts the signals of a log into signals of the joints.
     ///
-    /// Fails when a list is not n long, R is singular, or currents have no drive gains.
+    /// Fails if a list does not have n entries, if R is singular, or if currents have no drive gains.
     pub fn apply(&self, mut log: Log) -> Result<JointSignals, Error> {
         let (matrix, to_joint) = self.matrices(log.coordinates.len())?;
         let positions = |x: Vec<Vec<f64>>| match &to_joint {
@@ -218,8 +219,8 @@ impl Transmission {
     }
 }
 
-/// The angles of the joints, unwrapped. A turn of a joint is many turns of its motor, so a jump by a turn of the joint shows
-/// only here and not in the log.
+/// The angles of the joints, unwrapped. A turn of a joint is many turns of its motor. So a jump by a turn of the joint is
+/// visible only here and not in the log.
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);
@@ -229,7 +230,7 @@ fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f6
     q
 }
 
-/// y_i(t) = sum_j m_ij x_j(t).
+/// The product of a matrix and a vector of series: y_i(t) = sum_j m_ij x_j(t).
 fn product(m: &DMatrix<f64>, x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     if m.is_identity(0.0) {
         return x;
@@ -254,7 +255,7 @@ mod tests {
         Log { dq: Some(q.clone()), ..crate::test_arm::log(vec![0.0], q, effort, effort_is) }
     }
 
-    /// tau' dq = tau_m' dq_m for a coupled transmission: the power of motors and joints is equal.
+    /// The power of motors and joints is equal for a coupled transmission: tau' dq = tau_m' dq_m.
     #[test]
     fn power_is_the_same_on_both_sides() {
         let transmission =
@@ -267,7 +268,7 @@ mod tests {
         assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
         assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
         assert_eq!(transmission.coupled(), [Coupling::motor(1, &[(0, 32.0 / -48.0)])]);
-        // A motor that two joints turn has one inertia and one friction.
+        // A motor that two joints turn has one inertia and one friction term.
         let two = Transmission { couplings: vec![(3, 1, 2.0), (3, 2, -1.0)], ..Transmission::default() };
         assert_eq!(two.coupled(), [Coupling::motor(2, &[(0, 2.0), (1, -1.0)])]);
     }
@@ -287,7 +288,7 @@ mod tests {
         }
     }
 
-    /// tau_log = s (tau + k q), with q of the model: the result is the torque tau of the bodies.
+    /// tau_log = s (tau + k q) with q of the model; the result is tau, the torque of the bodies.
     #[test]
     fn scales_and_springs_are_taken_out() {
         let transmission = Transmission {

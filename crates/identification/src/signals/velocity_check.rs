@@ -1,28 +1,27 @@
-//! Checks that measured velocities are the derivatives of the measured positions.
+//! Checks whether measured velocities are the derivatives of the measured positions.
 //!
-//! Over span k of the log, a_k = q(end) - q(start) and b_k is the integral of dq dt. The fit b = s a gives s = 1 when
-//! units, signs and clock are right. Whole spans are compared and not samples, to reduce the effect of quantised
-//! positions.
+//! For span k of the log, a_k = q(end) - q(start), and b_k is the integral of dq dt. The fit b = s a gives the slope s, which is
+//! 1 if units, signs and clock are right. Whole spans are compared and not samples, to reduce the effect of quantised positions.
 
 use logs::{Error, GAP_PERIODS};
 
-/// Number of spans of a log.
+/// Number of spans into which a log is divided.
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// A slope within this relative distance of a factor between units is attributed to that factor.
+/// A slope within this relative distance of a conversion factor between units is explained by this wrong unit.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
-/// Joints whose largest change over a span is smaller than this are not checked, rad (m).
+/// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).
 const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
-/// Noise explains slopes of velocity on position in this range only.
+/// Slopes within this range can be explained by noise and are accepted.
 const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
-/// Least share of the squared velocities that positions must explain for a comparison.
+/// A joint is checked only if its positions explain at least this share of the squared integrals of velocity.
 const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
-/// Fails for the first joint whose velocity is not the derivative of its position; `period` in s.
+/// Fails if the velocity of a joint is not the derivative of its position; the message names the first such joint. `period`: s.
 pub(crate) fn check_velocity(
     file: &str,
     coordinates: &[String],
@@ -45,14 +44,14 @@ pub(crate) fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
-        // A joint that hardly moves, or whose velocity is noise, is not checked.
+        // A joint is not checked if it hardly moves or its velocity is noise.
         if largest < SMALLEST_CHECKED_CHANGE
             || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
             || PLAUSIBLE_SLOPES.contains(&slope)
         {
             continue;
         }
-        // The slope identifies the wrong unit.
+        // The value of the slope shows which unit is wrong.
         let close = |x: f64| (slope / x - 1.0).abs() < UNIT_FACTOR_TOLERANCE;
         let degree = 180.0 / std::f64::consts::PI;
         let guess = match slope {
@@ -79,7 +78,7 @@ mod tests {
 
     fn check(position: f64, velocity: f64, clock: f64) -> Result<(), Error> {
         let t: Vec<f64> = (0..2000).map(|i| 0.001 * f64::from(i)).collect();
-        // An encoder of 1e-3 rad: the difference from sample to sample is only quantisation.
+        // The encoder has steps of 1e-3 rad: the difference from sample to sample is only quantisation.
         let q = t.iter().map(|t| position * ((2.0 * t).sin() * 1e3).round() * 1e-3).collect();
         let dq = t.iter().map(|t| velocity * 2.0 * (2.0 * t).cos()).collect();
         let t: Vec<f64> = t.iter().map(|t| clock * t).collect();

@@ -1,4 +1,4 @@
-//! One experiment with its record, cut to the used samples.
+//! An experiment: a motion with its record, cut to the used samples.
 
 use std::ops::Range;
 
@@ -6,24 +6,24 @@ use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 use numerics::fourier::{fold, scatter, scatter_of_harmonics};
 
-/// A motion and its record inside the windows: whole periods, or a sweep forward and back.
+/// A motion and its record inside the time windows of the plan: whole periods, or a sweep forward and back.
 #[derive(Clone, Debug)]
 pub struct SpectralExperiment {
     /// The commanded motion.
     pub trajectory: ExcitingTrajectory,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// Currents, A, or torques, N m, where the log has torques.
+    /// Currents, A, or torques, N m, if the log has torques; one series per coordinate.
     pub current: Vec<Vec<f64>>,
-    /// Number of samples of each window.
+    /// Number of samples of each time window.
     pub windows: Vec<usize>,
-    /// Contribution of a known load to the base parameters; empty without one.
+    /// Contribution of a known load to the base parameters. Empty without a load.
     pub load: Vec<f64>,
 }
 
 impl SpectralExperiment {
-    /// Cuts a record that starts with the motion; `None` when it is shorter than the motion or has another number of
-    /// coordinates.
+    /// Cuts a record, which starts with the motion, to the windows. `None` if it is shorter than the motion or has another
+    /// number of coordinates.
     pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
         let windows: Vec<Range<usize>> = trajectory.windows();
         let end = windows.iter().map(|w| w.end).max()?;
@@ -37,13 +37,13 @@ impl SpectralExperiment {
         Some(SpectralExperiment { trajectory, q: cut.q, current: cut.current, windows, load: vec![] })
     }
 
-    /// This experiment with a known load, whose contribution to the base parameters is `base_parameters`.
+    /// A copy with a known load. `base_parameters`: contribution of the load to the base parameters.
     pub fn loaded(mut self, base_parameters: &[f64]) -> SpectralExperiment {
         self.load = base_parameters.to_vec();
         self
     }
 
-    /// Number of samples used.
+    /// Number of samples in all windows.
     pub fn len(&self) -> usize {
         self.windows.iter().sum()
     }
@@ -53,7 +53,7 @@ impl SpectralExperiment {
         self.len() == 0
     }
 
-    /// The period in samples; `None` for a sweep.
+    /// The period of the motion in samples. `None` for a sweep.
     pub fn period(&self) -> Option<usize> {
         match self.trajectory.motion {
             JointMotion::Swing { period, .. } => Some(period),
@@ -61,8 +61,8 @@ impl SpectralExperiment {
         }
     }
 
-    /// The joint whose position has the largest relative scatter about its mean period, and that scatter over the standard
-    /// deviation of the mean period; `None` for a sweep and for a single period.
+    /// The joint with the largest relative scatter of its position, and this scatter: standard deviation about the mean period,
+    /// divided by the standard deviation of the mean period. `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -75,30 +75,31 @@ impl SpectralExperiment {
         found.reduce(|a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Currents times the gains: torques, N m.
+    /// The torques, N m: currents times the drive gains.
     pub fn torque(&self, gain: &[f64]) -> Vec<Vec<f64>> {
         let times = |(c, g): (&Vec<f64>, &f64)| c.iter().map(|c| c * g).collect();
         self.current.iter().zip(gain).map(times).collect()
     }
 }
 
-/// Standard deviations of the noise of one sample, one per coordinate.
+/// Noise of each coordinate: standard deviations of a single sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
-    /// Positions, rad.
+    /// Noise of the positions, rad, one per coordinate.
     pub position: Vec<f64>,
-    /// Currents, in the unit of the record.
+    /// Noise of the currents in the unit of the record, one per coordinate.
     pub current: Vec<f64>,
 }
 
 impl NoiseLevels {
-    /// The scatter of the samples about their mean period, pooled over the periodic experiments; `None` when no experiment
-    /// has two periods.
+    /// The measured noise: the scatter of the samples about their mean period, pooled over the periodic experiments. `None` if
+    /// no experiment has two periods.
     pub fn measured(experiments: &[SpectralExperiment]) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, _, period| (scatter(x, period), (x.len() - period) as f64))
     }
 
-    /// The scatter of the harmonics up to `highest`, Hz, alone, without chatter of a controller at higher frequencies.
+    /// The measured noise of the harmonics up to `highest`, Hz. It does not contain chatter of a controller at higher
+    /// frequencies.
     pub fn of_band(experiments: &[SpectralExperiment], highest: f64) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, experiment, period| {
             let harmonics = harmonics(highest, period, experiment.trajectory.sample_time);
@@ -107,8 +108,8 @@ impl NoiseLevels {
         })
     }
 
-    /// The rms of `level` over the experiments, weighted by degrees of freedom; `level` gives both from a series and its
-    /// period.
+    /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level`: gives the noise level and the
+    /// degrees of freedom from a series, its experiment and its period.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
@@ -132,21 +133,21 @@ impl NoiseLevels {
         })
     }
 
-    /// Standard deviations of the torques with these gains, N m.
+    /// Noise of the torques with these drive gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
         self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
     }
 }
 
-/// Margin that keeps an integer product integer against rounding.
+/// Margin against rounding, so that an integer product is counted as integer.
 const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
 
-/// Number of harmonics up to the frequency `f`, Hz, at most as many as `period` samples resolve; `h`: sample time, s.
+/// Number of harmonics up to the frequency `f`, Hz, but not more than `period` samples resolve. `h`: sample time, s.
 pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
     ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
 
-/// The mean period of each series.
+/// The mean period of each series, `period` samples.
 pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
     series.iter().map(|s| fold(s, period)).collect()
 }
@@ -190,7 +191,7 @@ mod tests {
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
-        // A sine of amplitude 1 has the standard deviation 0.71.
+        // A sine of amplitude 1 has a standard deviation of 0.71.
         let (joint, scatter) = experiment.scatter().unwrap();
         assert!(joint == 0 && (scatter / 1.41e-3 - 1.0).abs() < 0.06, "{scatter}");
     }

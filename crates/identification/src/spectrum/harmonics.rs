@@ -1,17 +1,19 @@
-//! Spectra of one joint in one experiment: all harmonics up to a cut-off, both quadratures.
+//! Spectra of one joint in one experiment: the equations at all harmonics up to a cut-off, real and imaginary part.
 //!
-//! The record is averaged over its whole periods. At f_h = h f_P, h = 0 .. H,
+//! The record is averaged over its whole periods. f_P: fundamental frequency; D_j: spectra of the regressor columns of joint j;
+//! G_j: spectra of its friction columns, without coefficients. At f_h = h f_P, h = 0 .. H,
 //!
 //! (cos x / sinc x) D_j(f_h) X + (cos x / sinc^2 x) G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
 //!
-//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x. A torque with zero-order hold
-//! has the spectrum of its samples times sinc x; the recorded mean of two neighbouring samples
+//! is two real rows (one at h = 0). x = pi f_h h_s, h_s: sample time, sinc x = sin x / x. The factors correct the sampling: a
+//! torque with zero-order hold has the spectrum of its samples times sinc x; the recorded mean of two neighbouring samples
 //! (`experiments::simulate::closed_loop`) has the factor cos x; and G is a mean over the cell of a sample
 //! (`linear_model::friction::periodic`).
 //!
-//! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N) for N recorded samples;
-//! the row h = 0 is divided by sqrt 2 to have an equal variance. Noise of the position adds the variance
-//! (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4 through the acceleration.
+//! Real and imaginary part of a Fourier coefficient c_h = mean of x exp(-2 pi i h t/T) have the variance sigma^2/(2N) for N
+//! recorded samples with noise sigma. The row h = 0 is divided by sqrt 2, so that its variance is equal. Noise of the position
+//! causes acceleration noise, which adds the variance (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4, A: inertia matrix, sigma_q,l:
+//! noise of the position of joint l.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use linear_model::friction::periodic::FrictionShape;
@@ -20,7 +22,7 @@ use numerics::fourier::{Bins, Complex, harmonic_derivatives};
 
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded, harmonics};
 
-/// The rows of one joint in one experiment, without friction columns.
+/// The equations of one joint in one experiment, without friction columns.
 #[derive(Clone, Debug)]
 pub struct JointSpectrum {
     /// Index of the experiment.
@@ -29,36 +31,36 @@ pub struct JointSpectrum {
     pub joint: usize,
     /// Frequency of each row, Hz.
     pub frequency: Vec<f64>,
-    /// `rows[r]`: p coefficients, N m per unit.
+    /// Coefficients of each row, `rows[r]`: p numbers, N m per unit of the parameter.
     pub rows: Vec<Vec<f64>>,
     /// Torque of a known load in each row, N m.
     pub known: Vec<f64>,
-    /// Right-hand sides, in the unit of the current.
+    /// Right-hand side of each row, in the unit of the current.
     pub current: Vec<f64>,
-    /// Contribution of a known load to the parameters; empty without one.
+    /// Contribution of a known load to the parameters. Empty without a load.
     pub(crate) load: Vec<f64>,
-    /// Number of samples recorded.
+    /// Number N of recorded samples.
     pub samples: usize,
-    /// `[l][c]`: dY_j/dddq_l at the centre of the motion, per unit of parameter c. It converts position noise of joint l
-    /// into torque noise.
+    /// `acceleration[l][c]`: dY_j/dddq_l at the centre of the motion for parameter c. It converts position noise of joint l into
+    /// torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     pub(crate) sample_time: f64,
-    /// Highest harmonic of the motion that is kept.
+    /// Number of the highest harmonic that is kept in the motion.
     pub(crate) kept: usize,
-    /// Position, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, the unit of the current.
+    /// Position q, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, unit of the current.
     q: Vec<f64>,
     dq: Vec<f64>,
     ddq: Vec<f64>,
     pub(crate) drive: Vec<f64>,
 }
 
-/// The frequency band of the equations and of the motion.
+/// The frequency bands of the equations and of the motion, and the delay of the currents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Highest frequency of the equations, Hz.
     pub equations: f64,
-    /// Highest kept frequency of the motion, Hz.
+    /// Highest frequency that is kept in the measured motion, Hz.
     pub motion: f64,
     /// Delay of the recorded current relative to the position, s.
     pub delay: f64,
@@ -70,7 +72,7 @@ impl Default for Band {
     }
 }
 
-/// The mean period of the motion of an experiment, up to the highest kept harmonic; `None` for a sweep.
+/// The mean period of the motion of an experiment, up to the highest kept harmonic. `None` for a sweep.
 pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
     let period = experiment.period()?;
     let h = experiment.trajectory.sample_time;
@@ -78,7 +80,8 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// The spectra of the moving joints of a periodic experiment; empty for a sweep. `motion`: its [`mean_period`].
+/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: of the experiment; `motion`: its
+/// [`mean_period`].
 pub(crate) fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
@@ -90,12 +93,12 @@ pub(crate) fn joint_spectra(
     let h = experiment.trajectory.sample_time;
     let seconds = period as f64 * h;
     let highest = harmonics(band.equations, period, h);
-    // Currents are averaged over all periods, as the motion already is.
+    // The currents are averaged over all periods; the motion already is.
     let current = folded(&experiment.current, period);
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
-    // One spectrum per moving joint: the friction of a locked joint is not identifiable.
+    // One spectrum per moving joint. A locked joint has none, because its friction is not identifiable.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {
@@ -116,7 +119,7 @@ pub(crate) fn joint_spectra(
             ddq: motion.ddq[j].clone(),
             drive: harmonic_derivatives(&current[j], h, harmonics(band.motion, period, h))[0].clone(),
         };
-        // exp(2 pi i f_h delay) tau_j(f_h) at every harmonic of the band, as currents.
+        // The right-hand sides exp(2 pi i f_h delay) tau_j(f_h) at every harmonic of the band, as currents.
         for k in 0..=highest {
             let f = k as f64 / seconds;
             let turn = Complex::cis(std::f64::consts::TAU * f * band.delay);
@@ -135,14 +138,14 @@ impl JointSpectrum {
         self.frequency.resize(count + quadratures(f, current).count(), f);
     }
 
-    /// Sets the rows to the spectra of the regressor's columns of this joint over one period, N m per unit.
+    /// Sets the rows to the spectra of the regressor columns of this joint. `columns`: over one period, N m per unit.
     pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
         self.rows = self.rows_of(columns, 1);
         let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(load).collect();
     }
 
-    /// The spectra of series over one period in the order of the rows, `[row][series]`.
+    /// The spectra of series over one period, `[row][series]`, in the order of the rows.
     ///
     /// `power` is 1 for torques at the samples, and 2 for means over their cells.
     pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
@@ -165,24 +168,25 @@ impl JointSpectrum {
         rows
     }
 
-    /// The friction columns over one mean period.
+    /// The friction columns over one mean period, one series each. `gain`: N m per unit of current.
     pub(crate) fn friction_series(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
         let drive: Vec<f64> = self.drive.iter().map(|c| c * gain).collect();
         shape.fill(&self.dq, &self.ddq, &drive, self.sample_time)
     }
 
-    /// Rows of ripple with `periods` per turn: cos and sin as torques, N m per N m, then as shares of the torque, N m.
+    /// Rows of ripple with `periods` per turn: cos and sin as torques, N m per N m, then cos and sin as shares of the torque, N
+    /// m.
     pub(crate) fn ripple_rows(&self, periods: f64, gain: f64) -> Vec<Vec<f64>> {
         let (sin, cos): (Vec<f64>, Vec<f64>) = self.q.iter().map(|q| (periods * q).sin_cos()).unzip();
         let of_torque = |wave: &[f64]| wave.iter().zip(&self.drive).map(|(w, c)| -w * c * gain).collect();
         let shares: Vec<Vec<f64>> = vec![of_torque(&cos), of_torque(&sin)];
         let mut rows = self.rows_of(&[cos, sin], 1);
-        // The recorded torque needs no correction for the hold.
+        // The recorded torque needs no correction for the zero-order hold.
         rows.iter_mut().zip(self.spectrum_of(&shares, |_| 1.0)).for_each(|(row, shares)| row.extend(shares));
         rows
     }
 
-    /// Rows of the torque of a spring of 1 N m/rad.
+    /// Rows of the torque of a spring with a stiffness of 1 N m/rad.
     pub(crate) fn position_rows(&self) -> Vec<Vec<f64>> {
         self.rows_of(std::slice::from_ref(&self.q), 1)
     }
@@ -192,20 +196,20 @@ impl JointSpectrum {
         self.rows_of(&self.friction_series(shape, gain), 2)
     }
 
-    /// d current / d delay of each row, per second: a rotation of every Fourier coefficient.
+    /// The derivative of each right-hand side with respect to the delay, per second. A delay rotates every Fourier coefficient.
     pub(crate) fn delay_column(&self) -> Vec<f64> {
         let mut column = vec![0.0; self.current.len()];
         for r in 1..column.len() {
-            // 2 pi i f c: the real row is -w Im, the imaginary row w Re.
+            // The derivative of a coefficient c is 2 pi i f c: -w Im c in the real row, w Re c in the imaginary row.
             let w = std::f64::consts::TAU * self.frequency[r];
             column[r] = if r % 2 == 1 { -w * self.current[r + 1] } else { w * self.current[r - 1] };
         }
         column
     }
 
-    /// Columns for a motion that does not end in its initial state. The two unknowns are the jumps of velocity and position
-    /// from the end of the record to its start, times the inertia of this joint. The spectrum of a jump of the momentum is
-    /// constant over frequency; the spectrum of a jump of the position is proportional to i f.
+    /// Columns of two unknowns, for a motion that does not end in its initial state: the jumps of velocity and position from the
+    /// end of the record to its start, times the inertia of this joint. A jump of the momentum has a constant spectrum, and a
+    /// jump of the position has a spectrum proportional to i f.
     pub(crate) fn end_columns(&self) -> Vec<[f64; 2]> {
         let count = self.frequency.len();
         (0..count)
@@ -217,12 +221,12 @@ impl JointSpectrum {
             .collect()
     }
 
-    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2, with a known load.
+    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, with a known load, kg m^2.
     pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
         self.felt(self.joint, parameters)
     }
 
-    /// Torque of this joint per acceleration of joint l, kg m^2, with a known load.
+    /// The entry of the inertia matrix for this joint and joint l, with a known load, kg m^2.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)
@@ -233,13 +237,13 @@ impl JointSpectrum {
         self.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)))
     }
 
-    /// Root mean square velocity, rad/s.
+    /// The rms velocity of the joint, rad/s.
     pub(crate) fn speed(&self) -> f64 {
         (self.dq.iter().map(|v| v * v).sum::<f64>() / self.dq.len().max(1) as f64).sqrt()
     }
 
-    /// Standard deviation of each row, N m. `parameters` (where known) convert the noise of the position into torque;
-    /// without them only the noise of the torque counts.
+    /// Standard deviation of the right-hand side of each row as torque, N m. `parameters` convert the noise of the position into
+    /// torque. `None`: only the noise of the torque counts. `gain`: N m per unit of current.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
         let per_acceleration: f64 = parameters
@@ -249,22 +253,22 @@ impl JointSpectrum {
     }
 }
 
-/// Below this x the factor of [`hold`] is 1 up to rounding.
+/// For x below this the factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
-/// The rows of one frequency: real and imaginary part; at zero frequency the real part over sqrt 2.
+/// The one or two rows of a Fourier coefficient c: real and imaginary part; at zero frequency the real part over sqrt 2.
 fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
     let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
     std::iter::once(first).chain(second)
 }
 
-/// cos x / sinc^power x for x = pi `cycles`, with `cycles` per sample.
+/// The correction factor of the sampling: cos x / sinc^power x, x = pi `cycles`; `cycles`: frequency in cycles per sample.
 fn hold(cycles: f64, power: i32) -> f64 {
     let x = std::f64::consts::PI * cycles;
     if x.abs() < SMALLEST_HOLD_ANGLE { 1.0 } else { x.cos() * (x / x.sin()).powi(power) }
 }
 
-/// `[j][l][c]`: entry of row j and parameter c of Y(q, 0, e_l) - Y(q, 0, 0).
+/// The columns per acceleration, `[j][l][c]`: entry of row j and parameter c of Y(q, 0, e_l) - Y(q, 0, 0).
 fn acceleration_columns(regressor: &dyn Regressor, q: &[f64]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (q.len(), regressor.parameters().len());
     let (zero, mut unit) = (vec![0.0; n], vec![0.0; n]);

@@ -1,8 +1,8 @@
-//! From the records of a plan to an estimate: with the paper's rows or RIST-MH, with known or unknown gains.
+//! Identification from the records of a plan, by the rows of the paper or by RIST-MH, with known or unknown drive gains.
 //!
-//! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`); the scale then
-//! follows from known gains or from a known load. A parameter whose 95 % interval contains zero is not significant; a
-//! parameter that the rows do not determine has no value.
+//! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`). The common scale then
+//! follows from known gains or from a known load. A parameter is not significant if its 95 % interval contains zero. A parameter
+//! that the rows do not determine has no value.
 
 use experiments::plan::paper_rows::EquationBlock;
 use linear_model::parameter::{Parameter, ParameterId};
@@ -25,19 +25,19 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 use crate::spectrum::words::{misfit_remarks, size_words};
 
-/// The method and its equations.
+/// The method of identification, with its equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
-    /// One harmonic, one quadrature, no friction.
+    /// The method of the paper: one harmonic, real or imaginary part only, no friction columns.
     Paper,
-    /// The equations of `Paper`, with drive gains by total least squares.
+    /// The equations of `Paper`; the drive gains are estimated by total least squares.
     TotalLeastSquares,
-    /// RIST-MH: all harmonics, friction as nuisance.
+    /// RIST-MH: all harmonics, with friction coefficients as nuisance parameters.
     Harmonic,
 }
 
 impl SpectralMethod {
-    /// The method in words.
+    /// The name of the method, which is written into an estimate.
     fn sentence(self) -> &'static str {
         match self {
             SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise",
@@ -51,14 +51,14 @@ impl SpectralMethod {
 pub struct SpectralFit {
     /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters with these standard deviations, row by row.
+    /// Covariance of the base parameters, with the standard deviations of `estimate`, row by row.
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// Identifies the parameters of one robot from experiments.
+/// Identifies the parameters of a robot from experiments.
 ///
-/// `gains`: one per coordinate, N m per unit of the records; known gains of 1 where the records are torques. Fails without
-/// a periodic experiment of two periods, since the noise is then unknown, and where [`drive_gains`] fails.
+/// `gains`: one per coordinate, N m per unit of the records; if the records are torques, known gains of 1. Fails without a
+/// periodic experiment of two periods, because the noise is then unknown. Fails if [`drive_gains`] fails.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
@@ -91,7 +91,7 @@ pub fn identify_spectrum(
         };
         return Ok(SpectralFit::of(estimate, regressor, &inverse));
     }
-    // With an unknown gain the rows are in currents: gains of 1.
+    // If a gain is unknown, the rows are made in currents, that is with gains of 1.
     let one = vec![1.0; regressor.coordinates().len()];
     let inverse = match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
@@ -125,7 +125,7 @@ pub fn identify_spectrum(
 }
 
 impl SpectralFit {
-    /// The result with the correlations of `inverse`, whose first rows belong to the base parameters.
+    /// Makes the result. Its covariance has the correlations of `inverse`, whose first rows belong to the base parameters.
     fn of(estimate: Estimate, regressor: &dyn Regressor, inverse: &DMatrix<f64>) -> SpectralFit {
         let base = estimate.parameters.iter().take(regressor.parameters().len());
         let sigma: Vec<f64> = base.map(|p| p.sigma.unwrap_or(0.0)).collect();
@@ -133,8 +133,8 @@ impl SpectralFit {
     }
 }
 
-/// Adds gains and parameters from the paper's rows in currents; returns the covariance of the parameters for white noise.
-/// Fails where the equations do not determine the gains.
+/// Adds gains and parameters to an estimate, from the rows of the paper in currents. Returns the covariance of the parameters
+/// for white noise. Fails if the equations do not determine the gains.
 fn with_paper_gains(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -153,15 +153,15 @@ fn with_paper_gains(
     Ok(found.covariance)
 }
 
-/// A doubt where gains follow from a load: 55 to 61 % of the 95 % intervals of the paper's rows contained the truth, since
-/// friction leaks into the rows.
+/// A doubt for the user if gains follow from a load: only 55 to 61 % of the 95 % intervals from the rows of the paper contained
+/// the true value, because friction leaks into the rows.
 fn narrow_by_load(experiments: &[SpectralExperiment]) -> Option<String> {
     let is_loaded = experiments.iter().any(|experiment| !experiment.load.is_empty());
     is_loaded
         .then(|| "the intervals of this method are too narrow where a load gives the gains: [method=rist-mh]".into())
 }
 
-/// A sentence where friction drifts more than in any drive, which means that it explains an effect that the model lacks.
+/// A sentence for the user if friction drifts more than in any drive. Then friction explains an effect that the model lacks.
 fn drifting(found: &HarmonicEstimate) -> Option<String> {
     let percent = 100.0 * found.drift_spread;
     (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
@@ -172,7 +172,8 @@ fn drifting(found: &HarmonicEstimate) -> Option<String> {
     })
 }
 
-/// A parameter with the standard deviation for white noise, since the rows of an experiment are few and uncorrelated.
+/// An estimated parameter with the standard deviation for white noise. This is right here, because the rows of an experiment are
+/// few and uncorrelated.
 fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) -> Identified {
     let unit = parameter.unit();
     match determined {
@@ -181,7 +182,7 @@ fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) ->
     }
 }
 
-/// A parameter that belongs to coordinate j.
+/// Makes a parameter that belongs to coordinate j.
 fn of_joint(regressor: &dyn Regressor, j: usize, id: ParameterId) -> Parameter {
     Parameter { id, coordinates: vec![j], is_prismatic: regressor.is_prismatic(j) }
 }
@@ -208,7 +209,7 @@ fn with_paper_rows(
     let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
     let solution = paper_estimate(&blocks, &periodic, &samples, PaperWeights::Noise);
     estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
-    // Friction that leaks into the rows raises their residual, which inflates the standard deviations.
+    // Friction that leaks into the rows raises their residual. So the standard deviations are inflated.
     let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
     for (i, base) in regressor.parameters().iter().enumerate() {
         let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();
@@ -236,7 +237,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // The standard deviation also allows for effects that the model lacks.
+        // The standard deviation also contains the effects that the model lacks.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -259,7 +260,7 @@ fn with_harmonics(
     Ok(found.solution.inverse)
 }
 
-/// Adds chi^2 by the measured noise, and remarks on the misfit of the model.
+/// Adds to an estimate chi^2 per degree of freedom with the measured noise, and remarks on the misfit of the model.
 fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEstimate) {
     if found.misfit.total.is_finite() {
         estimate.chi_square_per_freedom = Some(found.misfit.total);
@@ -267,7 +268,7 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     }
 }
 
-/// Inflates standard deviations of parameters and gains, in the order of [`with_gains`], where chi^2 exceeds the noise.
+/// Inflates the standard deviations of parameters and gains, in the order of [`with_gains`], if chi^2 exceeds the noise.
 fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
@@ -278,7 +279,7 @@ fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// Relative drift of friction from experiment to experiment that exceeds the difference of warm and cold drives.
+/// If friction drifts by more than this from experiment to experiment, relative, it is more than between warm and cold drives.
 const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
@@ -327,9 +328,9 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
 const TLS_DEVIATIONS: &str =
     "sigma is computed for the same equations by maximum likelihood; total least squares has none of its own";
 
-/// Gains and parameters by total least squares; every gain must be known or free.
+/// Gains and parameters by total least squares. Every gain must be known or free.
 ///
-/// Fails where a gain is only expected, and where the equations do not determine the scale.
+/// Fails if a gain is only expected, or if the equations do not determine the scale.
 fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Result<(Vec<f64>, Vec<f64>), Error> {
     if gains.iter().any(|gain| matches!(gain, Gain::Expected(..))) {
         return Err(Error::new("[method=tls] takes a gain as known or as free; an expected one needs [method=rist]"));
@@ -339,7 +340,7 @@ fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Resul
     gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
-/// A sentence on the origin of the scale of an estimate with unknown gains.
+/// A sentence for the user on the origin of the common scale of an estimate with unknown gains.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -354,7 +355,7 @@ fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &
     format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
 }
 
-/// The rows of blocks in currents as equations, by joint.
+/// Converts the rows of blocks in currents into equations of each joint, divided by their standard deviations.
 fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     let mut equations = vec![JointEquations::default(); n];
     for b in blocks {
@@ -368,7 +369,7 @@ fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     equations
 }
 
-/// Sets the residuals of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+/// Sets the residuals in an estimate from the rows of blocks. `gain`: N m per unit of the right-hand sides.
 fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -387,10 +388,10 @@ fn paper_residuals(
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
-/// Sets the residuals of the rows of each joint: of the fit, and of each experiment predicted from the others.
+/// Sets the residuals of each joint in an estimate: of the fit, and of each experiment predicted from the other experiments.
 ///
-/// y = tau - (1 + u) C f - ends - effects is the torque of the bodies. Drift and ends belong to one experiment, so they keep
-/// their values of the whole fit.
+/// y = tau - (1 + u) C f - ends - effects is the torque of the bodies (u: drift, C f: friction). Drift and ends belong to one
+/// experiment, so they keep their values of the whole fit.
 fn harmonic_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -403,7 +404,7 @@ fn harmonic_residuals(
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
         let ends = s.end_columns();
-        // Residual y - D X of each row, with all experiments and without the experiment of the row.
+        // Residual y - D X of each row: of the fit to all experiments, and of the fit without the experiment of the row.
         for r in 0..s.rows.len() {
             let torque = gain[s.joint] * s.current[r] - s.known[r];
             let of_bodies = |x: &[f64]| {

@@ -1,12 +1,12 @@
-//! The paper's estimator: least squares on the rows of Sp.
+//! The estimator of the paper [Vandanjon, Gautier, Desbats 1995]: least squares on rows of Sp.
 //!
-//! W X = Y with one row per harmonic, one quadrature, and the centred rows of gravity. Without weights, the rows are
-//! normalised as in the paper (each by 1/|v|), and gravity rows of e samples by 1/sqrt(e), so that both are means. With
-//! weights, each row is divided by the standard deviation of its right-hand side.
+//! W X = Y has one row per harmonic (real or imaginary part only), and the centred rows of gravity. Without weights, the rows
+//! are normalised as in the paper: each is divided by |v|, and the gravity rows of e samples by sqrt(e), so that both are means.
+//! With weights, each row is divided by the standard deviation of its right-hand side.
 //!
 //! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3].
 //!
-//! Friction has no column here. The rows are designed to be orthogonal to friction, which holds only as far as the motion
+//! Friction has no columns here. The rows are designed to be orthogonal to friction. This holds only as far as the motion
 //! follows its reference. `rist_mh` does not need this orthogonality.
 
 use experiments::plan::measured_motion::MeasuredMotion;
@@ -17,16 +17,17 @@ use numerics::triangle::TriangleBuilder;
 
 use crate::spectrum::experiment::SpectralExperiment;
 
-/// The weights of the rows.
+/// The choice of the weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
-    /// Equal weights.
+    /// All rows have equal weight.
     Equal,
-    /// Each row is divided by its standard deviation.
+    /// Each row is divided by the standard deviation of its right-hand side.
     Noise,
 }
 
-/// The paper's rows of an experiment. `gain`: N m per unit of the recorded currents, `noise`: N m.
+/// Makes the rows of the paper for an experiment. `gain`: N m per unit of the recorded currents; `noise`: standard deviations of
+/// the torques, N m.
 pub fn paper_rows(
     experiment: &SpectralExperiment,
     regressor: &dyn Regressor,
@@ -44,7 +45,8 @@ pub fn paper_rows(
     block.with_known(&experiment.load)
 }
 
-/// Least squares on the rows of several experiments; `samples[i]`: number of samples of experiment i.
+/// Least squares on the rows of several experiments. `periodic[i]`: whether experiment i is periodic; `samples[i]`: its number
+/// of samples.
 pub fn paper_estimate(
     blocks: &[EquationBlock],
     periodic: &[bool],

@@ -1,9 +1,9 @@
-//! Measured and predicted torques on motions that were not used for identification.
+//! Validation: compares measured and predicted torques on motions that were not used for identification.
 //!
-//! tau = kt I is compared with Y X (rigid) and with Y X + friction. The four friction coefficients of equation (5) are
-//! fitted to these motions, because the paper's rows do not estimate them. Position and torque have the same zero-phase
-//! low-pass. The residual is white when 95 % of its autocorrelations at lags 1 .. 50 (of samples half a period of the
-//! cut-off apart) are within 1.96/sqrt(N).
+//! tau = kt I, kt: drive gain, is compared with Y X (rigid) and with Y X + friction. The four friction coefficients of equation
+//! (5) are fitted to these motions, because the rows of the paper do not estimate them. Position and torque have the same
+//! zero-phase low-pass. The residual counts as white if 95 % of its autocorrelations are within 1.96/sqrt(N), at lags 1 .. 50 of
+//! N samples half a period of the cut-off apart.
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
@@ -21,20 +21,20 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Samples dropped at both ends of a motion, where the circular differences wrap around.
+/// Number of samples dropped at each end of a motion, because the circular differences wrap around there.
 const BORDER_SAMPLES: usize = 30;
 /// Largest number of samples of a plot.
 const SAMPLES_PER_PLOT: usize = 400;
 /// Order of the low-pass.
 const LOW_PASS_ORDER: usize = 4;
-/// Largest lag of the autocorrelations, in thinned samples.
+/// Largest lag of the autocorrelations, in samples half a period of the cut-off apart.
 const LARGEST_LAG: usize = 50;
-/// Half of a 95 % interval of a normal variable, in standard deviations.
+/// Half of the 95 % interval of a normal variable, in standard deviations.
 const INTERVAL_SIGMAS: f64 = 1.96;
-/// Numbers of a plot are rounded to 1 over this, finer than any screen.
+/// Numbers of a plot are rounded to multiples of 1 / this, finer than any screen.
 const PLOT_ROUNDING: f64 = 1e4;
 
-/// Torques of one joint in one motion, N m (N), over time, s; `friction`: columns of equation (5).
+/// Measured and predicted torques of one joint in one motion, N m (N), over time, s. `friction`: columns of equation (5).
 struct Compared {
     t: Vec<f64>,
     tau: Vec<f64>,
@@ -49,12 +49,12 @@ struct JointSums {
     rigid: f64,
     total: f64,
     count: usize,
-    /// Shares of autocorrelations outside their band, one per motion that is long enough.
+    /// For each motion that is long enough and each lag, 1 if the autocorrelation is outside its band, else 0.
     outside: Vec<f64>,
 }
 
 impl JointSums {
-    /// Adds a motion; `cutoff`: of the low-pass, in cycles per sample. Returns |tau - predicted|^2 and |tau|^2 of the motion.
+    /// Adds a motion. `cutoff`: of the low-pass, in cycles per sample. Returns |tau - predicted|^2 and |tau|^2 of the motion.
     fn add(&mut self, c: &Compared, predicted: &[f64], cutoff: f64) -> (f64, f64) {
         let residual: Vec<f64> = c.tau.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
@@ -63,7 +63,7 @@ impl JointSums {
         self.total += whole;
         self.rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         self.count += residual.len();
-        // One sample per half period of the cut-off: closer samples are correlated by the filter.
+        // One sample per half period of the cut-off is used, because the filter correlates closer samples.
         let step = (0.5 / cutoff).ceil() as usize;
         self.outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
         (left, whole)
@@ -76,17 +76,17 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            // Motions with fewer than four thinned samples have no lag.
+            // A motion with fewer than four thinned samples has no lag.
             not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }
     }
 }
 
-/// Compares the measured torques of named `records` with torques by `parameters`; `gain`: N m per unit of the record;
-/// `cutoff` in Hz.
+/// Compares the measured torques of `records`, each with its name, with torques predicted from `parameters`. `gain`: N m per
+/// unit of the record; `cutoff`: of the low-pass, Hz.
 ///
-/// Fails when a record is too short or too slow for the low-pass, and when its series have different lengths.
+/// Fails if a record is too short or too slow for the low-pass, or if its series have different lengths.
 pub fn validate_motions(
     model: &ModelReference,
     method: &str,
@@ -96,7 +96,7 @@ pub fn validate_motions(
     records: &[(String, Record)],
     cutoff: f64,
 ) -> Result<Validation, Error> {
-    // By motion and joint, filtered measured torques and torques of the model.
+    // For each motion and joint: the filtered measured torques and the torques of the model.
     let compared: Vec<Vec<Compared>> = records
         .iter()
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
@@ -105,7 +105,7 @@ pub fn validate_motions(
         Validation { model: model.clone(), method: method.into(), cutoff_hz: Some(cutoff), ..Validation::default() };
     let mut left = vec![0.0; records.len()];
     let mut whole = vec![0.0; records.len()];
-    // Friction is fitted to all motions of a joint at once; errors are summed by joint and motion.
+    // Friction is fitted to all motions of a joint at once. Errors are summed for each joint and each motion.
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let of_joint: Vec<&Compared> = compared.iter().map(|m| &m[j]).collect();
         let friction = fit_friction(&of_joint);
@@ -122,7 +122,7 @@ pub fn validate_motions(
         let unit = Unit::TORQUE.along(regressor.is_prismatic(j));
         report.joints.push(sums.validation(coordinate, unit, friction));
     }
-    // An error is sqrt(sum |tau - predicted|^2 / sum |tau|^2).
+    // The relative error is sqrt(sum |tau - predicted|^2 / sum |tau|^2).
     let relative = |m: usize| (left[m] / whole[m]).sqrt();
     let motion = |(m, (name, _)): (usize, &(String, Record))| MotionValidation {
         name: name.clone(),
@@ -158,7 +158,7 @@ fn compare(
             format!("a series of {other} samples and one of {count}; all joints of a motion need the same number");
         return Err(Error::at(name, 0, found));
     }
-    // The zero-phase filter keeps position and torque synchronous; its ends are cut off.
+    // The zero-phase filter does not shift position and torque against each other. The ends of the filtered signals are cut off.
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();
@@ -189,7 +189,7 @@ fn predicted(c: &Compared, friction: &[f64]) -> Vec<f64> {
     (0..c.tau.len()).map(of).collect()
 }
 
-/// By lag, 1 where the autocorrelation is outside the 95 % band of white noise, otherwise 0.
+/// For each lag, 1 if the autocorrelation is outside the 95 % band of white noise, else 0.
 fn not_white(x: &[f64]) -> Vec<f64> {
     let n = x.len();
     let mean = x.iter().sum::<f64>() / n.max(1) as f64;
@@ -213,7 +213,7 @@ mod tests {
     use experiments::simulate::dynamics::torque;
     use random::Random;
 
-    /// Point-to-point motions with friction and noise; gain 2 N m/A.
+    /// Records of point-to-point motions with friction and noise; the drive gain is 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {
         let mut random = Random::new(4);
         let mut one = |i: usize| {
@@ -269,7 +269,8 @@ mod tests {
         }
     }
 
-    /// Over both motions: rms sqrt((3^2 + 4^2 + 12^2) / 3), and the relative error of a prediction of half the torques.
+    /// Over both motions, the rms is half of sqrt((3^2 + 4^2 + 12^2) / 3), and the relative error is 1/2: half of each torque is
+    /// predicted.
     #[test]
     fn residuals_are_those_of_all_samples() {
         let mut sums = JointSums::default();
@@ -290,7 +291,7 @@ mod tests {
             let tau: Vec<f64> = (0..n).map(|_| random.normal()).collect();
             let compared = Compared { t: vec![0.0; n], rigid: vec![0.0; n], friction: vec![], tau };
             let mut sums = JointSums::default();
-            // One sample per half period of 0.05 cycles per sample: one of ten.
+            // One sample per half period at 0.05 cycles per sample: one of ten.
             sums.add(&compared, &vec![0.0; n], 0.05);
             sums.validation("q1", Unit::TORQUE, vec![])
         };

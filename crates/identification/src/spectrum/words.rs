@@ -1,4 +1,4 @@
-//! Effects other than friction as text: their sizes, and the remedy for an effect that the model lacks.
+//! Texts on effects other than friction: their sizes, and the remedy for an effect that the model lacks.
 
 use linear_model::regressor::Regressor;
 
@@ -8,8 +8,8 @@ use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of an elastic joint, Hz; `with_deviation`:
-/// whether to add standard deviations.
+/// A text with the effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: natural frequency of an elastic
+/// joint, Hz; `with_deviation`: whether standard deviations are added.
 pub(crate) fn size_words(
     size: &EffectSize,
     regressor: &dyn Regressor,
@@ -57,7 +57,7 @@ pub(crate) fn size_words(
             } else {
                 String::new()
             };
-            // A damping that is not positive is noise, and not printed.
+            // A damping that is not positive is noise and is not printed.
             let damping = if with_deviation && value(1) > 0.0 {
                 let unit = unit(joint, "N s/m", "N m s/rad");
                 format!(", damping {} {unit}", significant(value(1) / value(0).powi(2)))
@@ -73,7 +73,7 @@ pub(crate) fn size_words(
     }
 }
 
-/// The words of the command line that add an effect to the columns.
+/// The words of the command line that add the effects of a cause to the model.
 fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
     let mut words: Vec<String> = Vec::new();
@@ -94,7 +94,7 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     if words.is_empty() { String::new() } else { words.concat() + "]" }
 }
 
-/// A sentence on the effect that the model lacks, and the option that adds it.
+/// A sentence on the effect that the model lacks, with the option that adds it.
 pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     let sizes = cause.effects.iter().zip(&cause.frequency);
     let sizes: Vec<String> = sizes.map(|(size, hz)| size_words(size, regressor, *hz, false)).collect();
@@ -106,7 +106,7 @@ pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     )
 }
 
-/// Sentences on chi^2 of a model: the joints that exceed the noise, and the cause.
+/// Sentences on the misfit of a model: the joints whose chi^2 exceeds the noise, and the cause.
 pub(crate) fn misfit_remarks(misfit: &Misfit, cause: Option<&Cause>, regressor: &dyn Regressor) -> Vec<String> {
     let cause = cause.map(|cause| cause_sentence(cause, regressor));
     let beside = format!("where noise alone gives up to {NOISE_CHI_SQUARE}");

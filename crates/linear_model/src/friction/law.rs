@@ -3,10 +3,12 @@
 //! G = s+ (Fv1 v + Fs1 m) + s- (Fv2 v + Fs2 m),  s+ = (1 + tanh(v/w))/2,  s- = 1 - s+,
 //! m = 1 + stribeck exp(-(v/v_s)^2) + load |tau|.
 //!
-//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; Stribeck and load terms from
-//! [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated in other modules.
+//! v: velocity, w: velocity over which the sign changes, tau: drive torque. Equation (5) of [Vandanjon, Gautier, Desbats 1995],
+//! smoothed near rest; Stribeck and load terms from
+//! [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. The columns for the identification of friction are in `terms` and
+//! `periodic`.
 
-/// Friction of one joint.
+/// The friction law of one simulated joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
     /// Viscous friction Fv1, N m s/rad (N s/m), forward.
@@ -17,18 +19,18 @@ pub struct FrictionLaw {
     pub viscous_negative: f64,
     /// Coulomb friction Fs2, N m (N), backward; negative.
     pub coulomb_negative: f64,
-    /// Velocity over which the sign changes, w, rad/s.
+    /// Velocity w over which the sign changes, rad/s.
     pub smoothing: f64,
-    /// Excess of Coulomb friction at rest, relative to Coulomb friction.
+    /// Excess of friction at rest over Coulomb friction, relative to Coulomb friction.
     pub stribeck: f64,
-    /// Velocity v_s over which that excess decays, rad/s.
+    /// Velocity v_s over which the excess of Coulomb friction at rest decays, rad/s.
     pub stribeck_velocity: f64,
-    /// Growth of Coulomb friction with the drive torque, 1/(N m).
+    /// Relative growth of Coulomb friction per unit of drive torque, 1/(N m).
     pub load: f64,
 }
 
 impl FrictionLaw {
-    /// Equation (5): Fv1, Fs1 for positive velocity, Fv2, Fs2 (negative) for negative velocity.
+    /// The law of equation (5): Fv1, Fs1 for positive velocity; Fv2, Fs2 (negative) for negative velocity.
     pub const fn asymmetric(fv1: f64, fs1: f64, fv2: f64, fs2: f64) -> FrictionLaw {
         FrictionLaw {
             viscous_positive: fv1,
@@ -42,7 +44,7 @@ impl FrictionLaw {
         }
     }
 
-    /// This law with all torques multiplied by a factor.
+    /// A copy of the law with all friction torques multiplied by `factor`.
     pub fn scaled(mut self, factor: f64) -> FrictionLaw {
         self.viscous_positive *= factor;
         self.coulomb_positive *= factor;
@@ -51,13 +53,13 @@ impl FrictionLaw {
         self
     }
 
-    /// dG/dv at rest without load, N m s/rad.
+    /// The slope dG/dv at rest without load, N m s/rad.
     pub fn slope_at_rest(&self) -> f64 {
         let turn = (1.0 + self.stribeck) * (self.coulomb_positive - self.coulomb_negative) / (2.0 * self.smoothing);
         turn + 0.5 * (self.viscous_positive + self.viscous_negative)
     }
 
-    /// Torque that opposes the motion at velocity `v` under the drive torque `tau`, N m.
+    /// The friction torque G that opposes the motion, N m, at velocity `v`, rad/s, under the drive torque `tau`, N m.
     #[inline]
     pub fn torque(&self, v: f64, tau: f64) -> f64 {
         let positive = 0.5 * (1.0 + (v / self.smoothing).tanh());
@@ -69,7 +71,7 @@ impl FrictionLaw {
             + (1.0 - positive) * (self.viscous_negative * v + self.coulomb_negative * m)
     }
 
-    /// dG/dv at velocity `v` under the drive torque `tau`, N m s/rad.
+    /// The slope dG/dv, N m s/rad, at velocity `v`, rad/s, under the drive torque `tau`, N m.
     pub fn slope(&self, v: f64, tau: f64) -> f64 {
         let turn = (v / self.smoothing).tanh();
         let (positive, by_v) = (0.5 * (1.0 + turn), 0.5 * (1.0 - turn * turn) / self.smoothing);
@@ -105,7 +107,7 @@ mod tests {
         for (v, tau) in [(0.0, 0.0), (0.002, -3.0), (-0.004, 2.0), (0.03, 1.0), (-0.2, -5.0), (1.5, 4.0)] {
             let h = 1e-7;
             let difference = (law.torque(v + h, tau) - law.torque(v - h, tau)) / (2.0 * h);
-            // The third derivative is up to 2 F / s^3 = 1e7: an error of 1e-7 by h^2, and rounding of 1e-16 / h.
+            // The third derivative is up to 2 F / w^3 = 1e7. So the error is 1e-7 from h^2, plus rounding of 1e-16 / h.
             assert!((law.slope(v, tau) - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{v}");
         }
         assert!((law.slope(0.0, 0.0) - law.slope_at_rest()).abs() < 1e-12);

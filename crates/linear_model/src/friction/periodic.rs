@@ -1,39 +1,39 @@
-//! Friction columns for the equations of one joint over a periodic motion, in the time domain.
+//! Friction columns of one joint for a periodic motion, in the time domain.
 //!
-//! s+ is the share of the sample's cell [t - h/2, t + h/2] in which the velocity is positive. With the velocity linear in
-//! the cell, v + a s, and a sign that changes over w,
+//! The cell of a sample at time t is [t - h/2, t + h/2], h: sample time. s+ is the share of the cell in which the velocity is
+//! positive. The velocity v + a s is linear in the cell, a: acceleration, and the sign changes over the velocity w:
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
-//! The viscous columns are max(v, 0) and min(v, 0), smoothed equally: w/2 ln(1 + exp(2 v/w)), and v minus that. w is large
-//! where the controller makes the joint chatter at rest. There the sign alternates, and its mean over the periods is a
+//! The viscous columns are max(v, 0) and min(v, 0), smoothed in the same manner: w/2 ln(1 + exp(2 v/w)), and v minus this. If
+//! the controller makes the joint chatter at rest, w is large: the sign alternates there, and its mean over the periods is a
 //! smooth sign.
 //!
-//! The sign at the samples alone would shift every reversal by up to half a sample, which makes the phase of Coulomb
-//! friction that of the acceleration. The mean over the cell has no shift, and the recorded torque is the mean over the
-//! same cell.
+//! Without the mean over the cell, the sign at the samples would shift every reversal by up to half a sample. Coulomb friction
+//! would then have the phase of the acceleration. The mean over the cell has no such shift, and the recorded torque is also a
+//! mean over the cell.
 //!
 //! | columns | term |
 //! |---|---|
 //! | v+, s+, v-, s- | asymmetric viscous and Coulomb friction, equation (5) of [Vandanjon, Gautier, Desbats 1995] |
 //! | s+ abs(tau), s- abs(tau) | Coulomb friction that grows with the load |
-//! | s+ exp(-(v/v_s)^2), s- exp(-(v/v_s)^2) | Stribeck |
+//! | s+ exp(-(v/v_s)^2), s- exp(-(v/v_s)^2) | Stribeck friction |
 
 use crate::parameter::FrictionParameter;
 
-/// The choice of friction columns of a joint.
+/// The friction columns of a joint: which terms, and their velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
-    /// Velocity over which the sign changes, w, rad/s.
+    /// Velocity w over which the sign changes, rad/s.
     pub rest_velocity: f64,
-    /// Whether Coulomb friction grows with the load.
+    /// Whether there are columns for Coulomb friction that grows with the load.
     pub load: bool,
-    /// Stribeck velocity v_s, rad/s; `None` without a Stribeck term.
+    /// Stribeck velocity v_s, rad/s. `None`: no Stribeck columns.
     pub stribeck: Option<f64>,
 }
 
 impl FrictionShape {
-    /// Equation (5) alone.
+    /// Only the columns of equation (5).
     pub const ASYMMETRIC: FrictionShape = FrictionShape { rest_velocity: 0.005, load: false, stribeck: None };
 
     /// Number of columns.
@@ -42,7 +42,7 @@ impl FrictionShape {
         4 + 2 * usize::from(self.load) + 2 * usize::from(self.stribeck.is_some())
     }
 
-    /// The parameters in the order of the columns.
+    /// The friction parameters, in the order of the columns.
     pub fn parameters(&self) -> Vec<FrictionParameter> {
         use FrictionParameter::*;
         let mut parameters = vec![ViscousForward, CoulombForward, ViscousBackward, CoulombBackward];
@@ -55,8 +55,8 @@ impl FrictionShape {
         parameters
     }
 
-    /// The columns over a series of samples, from velocity, rad/s, acceleration, rad/s^2, and drive torque, N m; `h`: sample
-    /// time, s.
+    /// The columns at a series of samples, one vector per column. `v`: velocity, rad/s; `a`: acceleration, rad/s^2; `tau`: drive
+    /// torque, N m; `h`: sample time, s.
     pub fn fill(&self, v: &[f64], a: &[f64], tau: &[f64], h: f64) -> Vec<Vec<f64>> {
         let share: Vec<f64> = v.iter().zip(a).map(|(&v, &a)| positive_share(v, a, h, self.rest_velocity)).collect();
         let column = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
@@ -79,10 +79,11 @@ impl FrictionShape {
     }
 }
 
-/// Change of the velocity in a cell, in 2 w, below which it counts as constant: the rounding of the quotient would be larger.
+/// If the velocity changes by less than this in a cell, in units of 2 w, it counts as constant. The rounding of the quotient
+/// would be larger than the change.
 const SMALL_CELL_CHANGE: f64 = 1e-3;
 
-/// Mean of (1 + tanh((v + a s)/w))/2 over s in [-h/2, h/2].
+/// s+: the mean of (1 + tanh((v + a s)/w))/2 over s in [-h/2, h/2].
 fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
     let half = 0.5 * a * h / w;
     let x = v / w;
@@ -92,7 +93,7 @@ fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
     0.5 + (log_cosh(x + half) - log_cosh(x - half)) / (4.0 * half)
 }
 
-/// w/2 ln(1 + exp(2 v/w)): max(v, 0) for small w.
+/// The smoothed max(v, 0): w/2 ln(1 + exp(2 v/w)).
 fn soft_plus(v: f64, w: f64) -> f64 {
     v.max(0.0) + 0.5 * w * (-2.0 * v.abs() / w).exp().ln_1p()
 }
@@ -113,7 +114,7 @@ mod tests {
             let steps = 4000;
             let at = |i: usize| 0.5 * (1.0 + ((v + a * h * ((i as f64 + 0.5) / steps as f64 - 0.5)) / w).tanh());
             let mean = (0..steps).map(at).sum::<f64>() / steps as f64;
-            // The midpoint rule with 4000 steps.
+            // The bound is the error of the midpoint rule with 4000 steps.
             assert!((positive_share(v, a, h, w) - mean).abs() < 1e-7, "{v} {a}");
         }
         assert_eq!(positive_share(1e3, 1e5, h, w), 1.0);

@@ -1,17 +1,17 @@
 //! Joint friction, linear in its parameters: one set of columns per joint.
 //!
-//! tau_f = FV dq + FS sign(dq) + OFF, and the refinements
+//! tau_f = FV dq + FS sign(dq) + OFF, and these additional terms of all joints:
 //! - asymmetric: FV+ dq + FS+ for dq > 0, FV- dq + FS- for dq < 0 (FS- < 0)
 //!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) in addition to Coulomb friction, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque. It is on both sides of the equation, so a small residual is no
-//!   evidence. It is for diagnosis, never for comparing models;
-//! - rotor inertia IA ddq, for regressors without one.
+//! - load: FL |tau| sign(dq), tau the measured torque. Since tau is on both sides of the equation, a small residual is no
+//!   evidence. This term is for diagnosis, never for the comparison of models;
+//! - rotor inertia IA ddq, for regressors without this parameter.
 //!
-//! Terms of a single joint, chosen by cross-validation:
-//! - load: FL |Y x0| sign(dq), Y x0 the torque of bodies predicted by an earlier fit x0, so tau is on one side only;
-//! - Stribeck, with its own speed;
+//! Terms of a single joint, which cross-validation chooses:
+//! - load: FL |Y x0| sign(dq), Y x0 the torque of the bodies predicted by an earlier fit x0. So tau is on one side only;
+//! - Stribeck, with a speed for this joint;
 //! - viscous asymmetry: FVA |dq|;
 //! - root: FR sqrt(|dq|) sign(dq).
 //!
@@ -23,22 +23,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::parameter::FrictionParameter;
 
-/// A term of the friction of one joint.
+/// A friction term that a single joint can have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JointTerm {
-    /// FL abs(Y x0) sign(dq).
+    /// Coulomb friction that grows with the predicted load: FL abs(Y x0) sign(dq).
     Load,
-    /// exp(-(dq / v)^2) sign(dq), v in rad/s.
+    /// Stribeck friction FT exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
-    /// FVA abs(dq).
+    /// Viscous friction that differs by direction: FVA abs(dq).
     ViscousAsymmetry,
-    /// FR sqrt(abs(dq)) sign(dq).
+    /// Friction with the root of the speed: FR sqrt(abs(dq)) sign(dq).
     Root,
 }
 
 impl JointTerm {
-    /// The only parameter of the term.
+    /// The parameter of the term; each term has exactly one.
     #[inline]
     pub fn parameter(self) -> FrictionParameter {
         match self {
@@ -49,7 +49,7 @@ impl JointTerm {
         }
     }
 
-    /// The term as a sentence on a joint of this name.
+    /// A sentence that states the term for the joint of this name.
     pub fn sentence(self, joint: &str) -> String {
         match self {
             JointTerm::Load => format!("friction of {joint} grows with its load"),
@@ -59,7 +59,7 @@ impl JointTerm {
         }
     }
 
-    /// Its column; `load`: torque of the bodies predicted by an earlier fit, N m (N).
+    /// The entry of its column at one sample. `load`: torque of the bodies predicted by an earlier fit, N m (N).
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
         match self {
@@ -71,39 +71,39 @@ impl JointTerm {
     }
 }
 
-/// One friction term, of every joint or of a single joint.
+/// A friction term, either of every joint or of a single joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionTerm {
-    /// FV dq.
+    /// Viscous friction FV dq.
     Viscous,
-    /// FS sign(dq).
+    /// Coulomb friction FS sign(dq).
     Coulomb,
-    /// OFF.
+    /// A constant torque OFF.
     Offset,
-    /// Coulomb as tanh(dq / v), v in rad/s.
+    /// Smooth Coulomb friction FS tanh(dq / v), v in rad/s.
     SmoothCoulomb(f64),
     /// Viscous and Coulomb friction with separate values for each direction.
     Asymmetric,
-    /// exp(-(dq / v)^2) sign(dq), v in rad/s.
+    /// Stribeck friction FT exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
-    /// FL abs(tau) sign(dq).
+    /// Coulomb friction that grows with the measured torque: FL abs(tau) sign(dq).
     Load,
-    /// IA ddq.
+    /// Rotor inertia IA ddq.
     Rotor,
-    /// A term of the single joint with this number, counted from 1.
+    /// A term of a single joint only: the number of the joint, counted from 1, and the term.
     At(usize, JointTerm),
 }
 
 use FrictionTerm::*;
 
 impl FrictionTerm {
-    /// The default set.
+    /// The default terms: viscous friction, Coulomb friction and offset.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
-    /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s; `load@2` is the term of joint 2 alone.
+    /// Reads a term from its word: `viscous`, `stribeck=0.1` with the speed in rad/s; `load@2` is the term of joint 2 only.
     ///
-    /// Fails with the list of words where there is no such term.
+    /// Fails if there is no such term; the message lists the words.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
         // The term of a single joint.
         if let Some((term, number)) = text.split_once('@') {
@@ -125,7 +125,7 @@ impl FrictionTerm {
             };
             return Ok(At(number, term));
         }
-        // A term of all joints, with a speed where it has one.
+        // A term of all joints, followed by its speed if it has one.
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -153,7 +153,7 @@ impl FrictionTerm {
         }
     }
 
-    /// The term's parameters, in the order of its columns.
+    /// The parameters of the term in one joint, in the order of its columns.
     #[inline]
     pub fn parameters(self) -> &'static [FrictionParameter] {
         match self {
@@ -176,7 +176,7 @@ impl FrictionTerm {
         }
     }
 
-    /// Its parameters in joint j, counted from 0; empty where it is the term of another joint.
+    /// The parameters of the term in joint j, counted from 0. Empty if it is a term of another joint.
     #[inline]
     pub fn parameters_of(self, j: usize) -> &'static [FrictionParameter] {
         match self {
@@ -185,30 +185,30 @@ impl FrictionTerm {
         }
     }
 
-    /// Whether it is the term of a single joint.
+    /// Whether it is a term of a single joint.
     #[inline]
     pub fn is_of_one_joint(self) -> bool {
         matches!(self, At(..))
     }
 
-    /// Whether the term jumps at a reversal, and so can hold a joint at standstill.
+    /// Whether the torque of the term jumps at a reversal. Such a term can hold a joint at standstill.
     #[inline]
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
             || matches!(self, At(_, JointTerm::Load | JointTerm::Stribeck(_)))
     }
 
-    /// Whether the columns must be computed before the filter of the torques, and then filtered.
+    /// Whether the columns must be computed from unfiltered velocities and then filtered.
     ///
-    /// That is the case where they are neither linear in the motion nor equal to the direction.
+    /// This is needed if they are neither linear in the motion nor equal to the direction.
     #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
 
-    /// Writes the columns of one joint at one sample, in the order of `parameters`. `direction`: sign(dq), or that sign after
-    /// the filter of the torques, between -1 and 1. `tau`: the measured torque, or for a term of a single joint the torque of
-    /// the bodies predicted by an earlier fit, N m (N).
+    /// Writes the entries of the columns of one joint at one sample, in the order of `parameters`. `direction`: sign(dq), or the
+    /// sign after the filter of the torques, between -1 and 1. `tau`: the measured torque; for a term of a single joint, the
+    /// torque of the bodies predicted by an earlier fit, N m (N).
     #[inline]
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
@@ -217,7 +217,7 @@ impl FrictionTerm {
             (Offset, [o]) => *o = 1.0,
             (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
             (Asymmetric, [vp, cp, vn, cn]) => {
-                // [dq > 0] and [dq < 0], with the filter of the sign.
+                // These are 1 for dq > 0 and for dq < 0, respectively, with the filter of the sign.
                 let (forward, backward) = (0.5 * (1.0 + direction), 0.5 * (1.0 - direction));
                 (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
             }
@@ -250,8 +250,8 @@ impl fmt::Display for FrictionTerm {
     }
 }
 
-/// Fails for a term of a joint that the robot does not have, and for two terms with a parameter of one name; `n`: number of
-/// joints.
+/// Checks friction terms for a robot with `n` joints. Fails if a term is for a joint that does not exist, or if two terms have a
+/// parameter with the same name.
 pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
     for (i, term) in terms.iter().enumerate() {
         if let At(number, _) = term
@@ -274,17 +274,17 @@ pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// Number of columns that these terms have in joint j, counted from 0.
+/// The number of friction columns of joint j, counted from 0.
 pub fn columns_of(terms: &[FrictionTerm], j: usize) -> usize {
     terms.iter().map(|term| term.parameters_of(j).len()).sum()
 }
 
-/// Number of columns that these terms have in the joints before j.
+/// The number of friction columns of all joints before joint j.
 pub fn columns_before(terms: &[FrictionTerm], j: usize) -> usize {
     (0..j).map(|j| columns_of(terms, j)).sum()
 }
 
-/// -1, 0 or 1: friction at standstill has no sign.
+/// The sign of x: -1, 0 or 1. It is 0 for x = 0, because Coulomb friction at standstill has no sign.
 #[inline]
 pub fn sign(x: f64) -> f64 {
     f64::from(x > 0.0) - f64::from(x < 0.0)

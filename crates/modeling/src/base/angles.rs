@@ -1,7 +1,7 @@
-//! The angles of a graph that are ratios of its symbols, and the numbers that are products of such ratios.
+//! Angles that are rational multiples of one symbol, theta = (n/d) q, and constants that are products of two such ratios.
 //!
-//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power. Let D be the common denominator of all
-//! such ratios and w = exp(i q/D): then exp(i q) = w^D and exp(i (n/d) q) = w^(D n/d).
+//! The field has no angles, only points exp(i theta) = (cos theta, sin theta). Let D be the common denominator of all ratios n/d
+//! of one coordinate q, and w = exp(i q/D). Then exp(i q) = w^D and exp(i (n/d) q) = w^(D n/d): each angle is a power of w.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use expr::{Expr, Graph, Node, Symbol};
 
 use crate::base::field::{DIGITS, Residue, short_ratio};
 
-/// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
+/// The arguments of sines and cosines in a graph that are rational multiples of one symbol.
 pub(crate) struct GraphAngles {
-    /// Argument -> the symbol, and the power of the symbol's point that gives the point of the argument.
+    /// Argument -> (symbol, power): the point of the argument is this power of the symbol's point w.
     powers: BTreeMap<Expr, (Symbol, u128)>,
-    /// The common denominator of each symbol's ratios.
+    /// Symbol -> the common denominator D of its ratios.
     common: BTreeMap<Symbol, u128>,
-    /// The bits of a number -> the product that it is.
+    /// Bits of a constant -> the field element of the product that it is.
     products: BTreeMap<u64, Residue>,
 }
 
@@ -29,7 +29,7 @@ impl GraphAngles {
                 ratios.insert(argument, ratio);
             }
         }
-        // The common denominator of each symbol; None where it exceeds MAX_POWER.
+        // The common denominator of each symbol; `None` if it exceeds MAX_POWER.
         let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
         for (symbol, (_, d)) in ratios.values() {
             let sum = common.entry(*symbol).or_insert(Some(1));
@@ -44,28 +44,28 @@ impl GraphAngles {
         GraphAngles { powers, common, products: products(graph) }
     }
 
-    /// The field element of a number of the graph.
+    /// The field element of a constant x of the graph. A product of two constants becomes the product of their elements.
     pub(crate) fn number(&self, x: f64) -> Residue {
         self.products.get(&x.to_bits()).copied().unwrap_or_else(|| Residue::number(x))
     }
 
-    /// The symbol of an argument, and the power of the symbol's point that gives the point of the argument.
+    /// (symbol, power) of an argument: its point is this power of the symbol's point. `None` if it is no multiple of one symbol.
     pub(crate) fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
         self.powers.get(&argument).copied()
     }
 
-    /// The symbol of an argument, and the ratio of the argument to it: numerator and denominator.
+    /// (symbol, n, d) of an argument: the argument is n/d times the symbol. `None` if it is no rational multiple of one symbol.
     pub(crate) fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
         let &(symbol, power) = self.powers.get(&argument)?;
         Some((symbol, power, self.common[&symbol]))
     }
 }
 
-/// Digits of the factors of a product. About one in a thousand other doubles is within rounding of such a decimal.
+/// Largest number of decimal digits of the factors of a product. About one in a thousand other doubles looks like such a number.
 const FACTOR_DIGITS: usize = 12;
 
-/// The numbers of a graph that are products of two other numbers and have more digits than a double holds: where two joints
-/// follow one coordinate, the torque of a body contains the product of their ratios.
+/// The constants of a graph that are products of two other constants and have more digits than a double holds: bits -> field
+/// element. They occur if two joints follow one coordinate: the torque of a body then contains the product of their ratios.
 fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     let constant = |node: &Node| if let Node::Constant(x) = node { Some(*x) } else { None };
     let is_short = |x: &f64| short_ratio(*x, FACTOR_DIGITS).is_some();
@@ -81,7 +81,7 @@ fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     long.into_iter().filter_map(product).collect()
 }
 
-/// Bound of the powers to which the point of an angle is raised.
+/// Upper bound of the powers to which the point of an angle is raised.
 const MAX_POWER: u128 = 1 << 100;
 
 pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
@@ -92,7 +92,7 @@ pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
     (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
 }
 
-/// The symbol s and the ratio n/d of an argument s or (n/d) s, where n/d is positive with small integers; else `None`.
+/// (s, (n, d)) of an argument s or (n/d) s, if n and d are small positive integers; otherwise `None`.
 fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
     let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
     match graph.node(argument) {

@@ -1,19 +1,19 @@
 //! The base parameters: the smallest set that determines the torque, and the parameters that each one absorbed.
 //!
-//! tau = D X = D_base X_base. The columns of D_base are columns of D, kept from left to right (links
-//! in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA) when they are independent of the columns
-//! kept before: in a finite field where loops allow it ([`crate::base::exact_rank`]), else numerically
-//! ([`crate::base::rank`]). A dropped column is a combination of kept
-//! columns, D_d = sum_k beta_k D_k, and its parameter is added to theirs:
+//! tau = D X = D_base X_base. The columns of D_base are columns of D. Going from left to right (links in the robot's order, each
+//! XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the columns kept before it. This is decided in a
+//! finite field if the loops allow it ([`crate::base::exact_rank`]), otherwise numerically ([`crate::base::rank`]). A dropped
+//! column is a combination of kept columns, D_d = sum_k beta_kd D_k, so its parameter is added to the parameters of these
+//! columns:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
-//! The numeric rank must equal the rank in the field, and the chosen columns must be numerically independent. Where the
-//! numeric rank is lower because some columns are too weak, the numeric columns are kept and the weak ones are listed
-//! ([`WeakParameter`]). The beta are exact in the robot's symbols ([`crate::base::regrouping`]) and are checked against
-//! the numeric beta. Where any of this fails there are no base parameters ([`crate::base::gate`]). The text of the rules
-//! is written only on request ([`crate::base::written_rules`]).
+//! The numeric rank must equal the rank in the field, and the chosen columns must be numerically independent. If the numeric rank
+//! is lower because some columns are too weak, the numerically independent columns are kept and the weak ones are listed
+//! ([`WeakParameter`]). The beta are exact in the robot's symbols ([`crate::base::regrouping`]) and are checked against the
+//! numeric beta. If any check fails, there are no base parameters ([`crate::base::gate`]). The text of the rules is written only
+//! on request ([`crate::base::written_rules`]).
 
 use std::collections::BTreeMap;
 
@@ -44,50 +44,50 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Parameters that are independent for almost every robot of this structure, but whose columns are so weak at these
-    /// numbers that no motion excites them: they are omitted.
+    /// Parameters that could be identified for almost every robot of this structure, but not for this one: at its numbers, their
+    /// columns are so weak that no motion excites them. They are omitted.
     pub weak: Vec<WeakParameter>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
-    /// The constants that rules and coefficients may name, with their values in m or rad: the symbols of the file, and
-    /// numbers by their place (`d3`, `alpha5`; always their magnitude).
+    /// The constants that rules and coefficients may name, with their values in m or rad: symbols of the file, and numbers named
+    /// by their place (`d3`, `alpha5`). The value of a number is its magnitude.
     pub constants: Vec<(String, f64)>,
-    /// Why there are no base parameters; `base` then holds the standard parameters, each for itself.
+    /// Why there are no base parameters; `None` if there are. With a reason, `base` holds the standard parameters, not regrouped.
     pub refused: Option<UnclearRank>,
     /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
 }
 
-/// One base parameter.
+/// A base parameter: a standard parameter with the parameters that it absorbs.
 #[derive(Clone, Debug)]
 pub struct BaseParameter {
-    /// SYMORO's name: `XXR2` when something was absorbed, `MY2` when not; without gravity a first
-    /// moment carries the length through which it acts: `D2MXR4`.
+    /// SYMORO's name: `XXR2` if it absorbs other parameters, `MY2` if not. Without gravity, the name of a first moment contains
+    /// the length through which it acts: `D2MXR4`.
     pub name: String,
-    /// Its column in D.
+    /// Column of the parameter in D.
     pub column: usize,
-    /// The parameter itself first, then the parameters that it absorbed, by column.
+    /// The parameter itself first, then the parameters that it absorbs, in the order of their columns.
     pub terms: Vec<Term>,
-    /// Norm of the component of its column that is independent of the columns before it, relative to the norm of the
-    /// largest column: a bound of its weight in the torque.
+    /// Norm of the component of its column that is independent of the columns before it, divided by the norm of the largest
+    /// column. It bounds the weight of the parameter in the torque.
     pub share: f64,
 }
 
-/// A standard parameter whose column is too weak for every motion.
+/// A standard parameter that is omitted, because its column is too weak for every motion.
 #[derive(Clone, Copy, Debug)]
 pub struct WeakParameter {
-    /// Its column in D.
+    /// Column of the parameter in D.
     pub column: usize,
-    /// The omitted component of its column, relative to the largest column in the torque of the same joint.
+    /// Norm of the omitted component of its column, divided by the norm of the largest column in the torque of the same joint.
     pub share: f64,
 }
 
-/// `coefficient` times a standard parameter.
+/// A summand of a base parameter: `coefficient` times a standard parameter.
 #[derive(Clone, Debug)]
 pub struct Term {
     /// Index in [`BaseParameters::standard`].
     pub parameter: usize,
-    /// The factor at the robot's values of its symbols.
+    /// The factor, with the robot's values of its symbols.
     pub coefficient: f64,
 }
 
@@ -97,23 +97,23 @@ impl BaseParameters {
         self.base.len()
     }
 
-    /// Whether no parameter has an effect.
+    /// Whether there is none: no parameter has an effect on the torque.
     pub fn is_empty(&self) -> bool {
         self.base.is_empty()
     }
 
-    /// The rules as text: expanded to standard parameters where that is short, else nested.
+    /// The rules as text. They name standard parameters if that is short, otherwise also other regrouped parameters.
     pub fn rules(&self) -> Rules {
         self.sources.short(&self.columns())
     }
 
-    /// The rules expanded to standard parameters; `None` where they have more than a million summands.
+    /// The rules in standard parameters only; `None` if they have more than a million summands.
     pub fn expanded_rules(&self) -> Option<Rules> {
         self.sources.expanded(&self.columns())
     }
 
-    /// The rules as lines to print. A base parameter that absorbs nothing is printed as its name alone. Nested rules
-    /// are followed by the rules of the regrouped parameters that they name.
+    /// The rules as lines to print. A base parameter that absorbs nothing is printed as its name alone. If rules name regrouped
+    /// parameters, the rules of these parameters follow.
     pub fn rule_lines(&self) -> Vec<String> {
         let rules = self.rules();
         let line = |(b, rule): (&BaseParameter, String)| if b.terms.len() > 1 { rule } else { b.name.clone() };
@@ -125,17 +125,17 @@ impl BaseParameters {
         lines
     }
 
-    /// The columns of D that D_base keeps.
+    /// The columns of D that are kept in D_base.
     fn columns(&self) -> Vec<usize> {
         self.base.iter().map(|b| b.column).collect()
     }
 
-    /// D_base: the kept columns of the regressor these base parameters came from.
+    /// D_base as a function: the kept columns of `regressor`, from which these base parameters were derived.
     pub fn regressor(&self, regressor: &Function) -> Function {
         regressor.with_columns("base_regressor", 0, &self.columns())
     }
 
-    /// X_base from the standard parameters X.
+    /// X_base, computed from the values X of the standard parameters.
     pub fn values(&self, standard: &[f64]) -> Vec<f64> {
         let value = |b: &BaseParameter| b.terms.iter().map(|t| t.coefficient * standard[t.parameter]).sum();
         self.base.iter().map(value).collect()
@@ -143,15 +143,15 @@ impl BaseParameters {
 }
 
 impl Derivation<'_> {
-    /// The base parameters of `regressor`, which must be the regressor of this derivation. Fails when the rank is not
-    /// clear-cut.
+    /// The base parameters of `regressor`, which must be the regressor of this derivation. Fails if the rank is not clear-cut.
     pub fn base_parameters(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         let robot = self.robot;
         let standard = StandardParameter::all(robot);
         let Settled { scan, regrouping, weak, left_out, rank } = settled(self, regressor, &standard)?;
         let shares = &regrouping.shares;
 
-        // Each kept column is a base parameter. A dropped column that is part of no base parameter has no effect.
+        // Each kept column is a base parameter. A dropped column that is absorbed by no base parameter has no effect on the
+        // torque.
         let base: Vec<BaseParameter> =
             scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
         let no_effect = (0..standard.len())
@@ -165,10 +165,11 @@ impl Derivation<'_> {
         Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
     }
 
-    /// The base parameters of `regressor`; where they are refused although all numbers are finite, the standard parameters,
-    /// each for itself ([`BaseParameters::refused`]). Results that follow from the standard parameters are right at any rank.
+    /// The base parameters of `regressor`. If they are refused although all numbers are finite, the result holds the standard
+    /// parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the standard parameters are right at
+    /// any rank.
     ///
-    /// Fails where a torque is not finite, or where the loops never close.
+    /// Fails if a torque is not finite, or if the loops never close.
     pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         self.base_parameters(regressor).or_else(|refused| match refused {
             UnclearRank::NotFinite { .. } | UnclearRank::NeverCloses(_) => Err(refused),
@@ -177,7 +178,7 @@ impl Derivation<'_> {
     }
 }
 
-/// The standard parameters of `regressor`, each for itself, for functions that need no base parameters.
+/// The standard parameters without regrouping, in the form of base parameters, for functions that need no base parameters.
 fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
@@ -193,13 +194,14 @@ fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
 }
 
-/// The kept columns, and the relations of the dropped columns to them.
+/// The kept columns, the relations of the dropped columns to them, and the evidence.
 struct Settled {
     scan: Scan,
     regrouping: Regrouping,
-    /// Columns of the field that are too weak to be kept.
+    /// Columns that are independent in the field, but too weak to be kept.
     weak: Vec<usize>,
-    /// Column whose relation omits the contribution of weak columns -> size of the omission relative to the largest column.
+    /// Dropped column whose relation omits weak columns -> norm of the omitted component, divided by the norm of the largest
+    /// column.
     left_out: BTreeMap<usize, f64>,
     rank: Rank,
 }
@@ -212,7 +214,7 @@ fn settled(
     let robot = derivation.robot;
     let name = |c: usize| standard[c].display(robot).to_string();
 
-    // Which columns are independent: by numbers, and exactly, in a finite field where loops allow it.
+    // Determine the independent columns numerically, and exactly in a finite field if the loops allow it.
     let (sampled, joints) = (sampled(regressor, derivation.closure(), &[]), regressor.outputs[0].rows);
     let triangle = triangle(&sampled, joints);
     let mut closed = None;
@@ -231,7 +233,7 @@ fn settled(
     };
     let ColumnChoice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
-    // The beta of each dropped column.
+    // Finds the beta of each dropped column and checks them against numeric beta.
     let mut related = |scan: Scan, weak: &[usize]| {
         let points = closed.as_ref().map(|closed| &closed.points);
         let regrouping = regrouping(derivation, regressor, standard, &scan, points);
@@ -263,7 +265,7 @@ fn settled(
     Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
-/// Counts the relations by how they are known: exactly, at general points, numerically.
+/// Counts the relations by their evidence: exact, checked at general points of the field, or numeric.
 fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
@@ -281,7 +283,7 @@ fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, 
     }
 }
 
-/// The named constants of the regressor, each number at each of its places.
+/// (name, value) of the named constants of the regressor; a number is listed once for each of its places.
 fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
     let symbols = regressor.graph().symbols().iter();
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
@@ -297,21 +299,22 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
         .collect()
 }
 
-/// The columns that may be kept.
+/// The candidates for the columns to keep.
 struct ColumnChoice {
-    /// The numerically independent columns.
+    /// The columns that are numerically independent.
     numeric: Scan,
-    /// Whether the numeric distances have a clear gap.
+    /// Ok if the numeric distances have a clear gap.
     is_clear: Result<(), UnclearRank>,
-    /// The columns of the field where their numeric distances stand out; the numeric columns where the field has no result.
+    /// The columns to keep: the columns of the field if their numeric distances stand out. If the field has no result, the
+    /// numeric columns.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
     /// The columns that are independent in the field.
     columns: Vec<usize>,
 }
 
-/// The columns to keep, with the numeric evidence: the columns of the field where it has a result. `exact` may ask whether
-/// the numeric distances of given columns stand out.
+/// Chooses the columns to keep: the columns of the field if there is a result, otherwise the numeric columns. `exact(stand_out,
+/// expected)` determines the rank in the field; `stand_out` says whether the numeric distances of given columns stand out.
 fn choice(
     triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
@@ -321,8 +324,8 @@ fn choice(
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numeric scan alone has one threshold for all robots. Columns that the field has chosen may have smaller distances
-    // where these still stand out clearly.
+    // The numeric scan has one threshold for all robots. Columns that were chosen in the field may have smaller distances, if
+    // these still stand out clearly.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());
@@ -338,7 +341,7 @@ fn choice(
     Ok(ColumnChoice { numeric, is_clear, chosen, exact, columns })
 }
 
-/// The base parameter of a kept column: the parameters that it absorbs, and its name.
+/// The base parameter of a kept column: its name, and the parameters that it absorbs.
 fn base_parameter(
     robot: &Robot,
     standard: &[StandardParameter],

@@ -10,23 +10,23 @@ use expr::{Expr, Graph, Node, SymbolKind};
 
 use crate::base::field::{Assignment, P, Residue};
 
-/// A factor of a product.
+/// A factor of a product in a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Atom {
     /// The length named by this symbol.
     Length(u32),
-    /// cos and sin of the angle named by this symbol.
+    /// `Cos` and `Sin`: cosine and sine of the angle named by this symbol.
     Cos(u32),
     Sin(u32),
 }
 
-/// Powers of atoms, sorted by atom, with exponents other than zero.
+/// A product of powers of atoms: pairs (atom, exponent), sorted by atom; no exponent is zero.
 pub(crate) type Monomial = Vec<(Atom, i32)>;
 
-/// A rational number: numerator, positive denominator, reduced.
+/// A reduced rational number: numerator, positive denominator.
 type Ratio = (i128, i128);
 
-/// sum of ratio * monomial; no zero ratio.
+/// The sum of ratio * monomial over all terms; no ratio is zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Coefficient {
     terms: BTreeMap<Monomial, Ratio>,
@@ -45,7 +45,7 @@ impl Coefficient {
         Coefficient::product(Vec::new(), ratio)
     }
 
-    /// ratio * monomial, where no sine in the monomial has an exponent above one.
+    /// ratio * monomial. No sine in the monomial may have an exponent above one.
     pub(crate) fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
         let mut c = Coefficient::zero();
         c.add_term(monomial, ratio);
@@ -56,7 +56,7 @@ impl Coefficient {
         self.terms.is_empty()
     }
 
-    /// The coefficient of an expression in named constants; `None` when it is no Laurent polynomial (a division by a sum).
+    /// The coefficient of an expression in named constants; `None` if it is no Laurent polynomial (a division by a sum).
     pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {
@@ -116,7 +116,7 @@ impl Coefficient {
         product
     }
 
-    /// 1 / self when self is one product without sines.
+    /// 1 / self if self is one product without sines; otherwise `None`.
     fn inverse(&self) -> Option<Coefficient> {
         match self.terms.iter().next() {
             Some((m, &(n, d))) if self.terms.len() == 1 && !m.iter().any(|f| matches!(f.0, Atom::Sin(_))) => {
@@ -128,7 +128,7 @@ impl Coefficient {
         }
     }
 
-    /// The number that the coefficient has at the values of the constants.
+    /// The value of the coefficient, with the values of the named constants.
     pub(crate) fn number(&self, graph: &Graph) -> f64 {
         let value = |s: u32| match graph.symbols()[s as usize].1 {
             SymbolKind::Constant(x) => x,
@@ -145,7 +145,7 @@ impl Coefficient {
         self.terms.iter().map(|(m, &(n, d))| m.iter().map(factor).fold(n as f64 / d as f64, |a, b| a * b)).sum()
     }
 
-    /// The field element of the coefficient where `constants` are assigned to its symbols.
+    /// The field element of the coefficient; `constants`: the field elements of its symbols.
     pub(crate) fn residue(&self, constants: &[Assignment]) -> Residue {
         let ratio =
             |n: i128, d: i128| Residue::integer((n % i128::from(P)) as i64) * Residue::integer(d as i64).inverse();
@@ -162,7 +162,7 @@ impl Coefficient {
         Displayed { coefficient: self, name }
     }
 
-    /// The summands, each alone; the coefficient as one summand where [`double_angle`] writes it as one product.
+    /// Each summand as a coefficient. If [`double_angle`] writes the sum as one product, this product is the only summand.
     pub(crate) fn summands(&self) -> Vec<Coefficient> {
         if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
@@ -176,7 +176,7 @@ impl Coefficient {
     }
 }
 
-/// The field element of a monomial where `constants` are assigned to its symbols.
+/// The field element of a monomial; `constants`: the field elements of its symbols.
 pub(crate) fn residue(monomial: &Monomial, constants: &[Assignment]) -> Residue {
     monomial.iter().fold(Residue::ONE, |product, &(atom, k)| {
         let x = match atom {
@@ -197,7 +197,7 @@ fn multiplied(a: &Monomial, b: &Monomial) -> Monomial {
     product.into_iter().filter(|f| f.1 != 0).collect()
 }
 
-/// sin^2 = 1 - cos^2, until no sine is squared.
+/// Replaces sin^2 by 1 - cos^2 until no sine is squared. The result has (monomial, sign) of each term.
 fn without_squared_sines(monomial: Monomial) -> Vec<(Monomial, i128)> {
     match monomial.iter().find(|f| matches!(f.0, Atom::Sin(_)) && f.1 > 1) {
         None => vec![(monomial, 1)],
@@ -221,12 +221,12 @@ fn reduced(n: i128, d: i128) -> Ratio {
     (n / g, d / g)
 }
 
-/// Denominators that [`short_fraction`] tries.
+/// The denominators that [`short_fraction`] tries.
 const FRACTION_DENOMINATORS: [i128; 7] = [1, 2, 4, 8, 16, 1000, 1_000_000];
-/// Bound of the numerators of [`short_fraction`].
+/// Upper bound of the numerators of [`short_fraction`].
 const MAX_FRACTION_NUMERATOR: f64 = 1e9;
 
-/// The ratio of small integers that `x` equals; `None` where there is none.
+/// The ratio of small integers that equals `x`; `None` if there is none.
 fn short_fraction(x: f64) -> Option<Ratio> {
     FRACTION_DENOMINATORS.into_iter().find_map(|d| {
         let n = x * d as f64;
@@ -248,7 +248,7 @@ impl fmt::Display for Displayed<'_> {
         if let Some(text) = double_angle(terms, self.name) {
             return f.write_str(&text);
         }
-        // Positive terms first, to avoid a leading minus.
+        // Positive terms are written first, to avoid a leading minus.
         let ordered = terms.iter().filter(|t| t.1.0 > 0).chain(terms.iter().filter(|t| t.1.0 < 0));
         for (i, (monomial, &(n, d))) in ordered.enumerate() {
             match (i, n < 0) {
@@ -288,7 +288,8 @@ fn product_text(monomial: &Monomial, (n, d): Ratio, name: &dyn Fn(u32) -> String
     text
 }
 
-/// x (2 cos^2 - 1) as x cos(2 a), 2 x sin cos as x sin(2 a), x - x cos^2 as x sin^2.
+/// The text of a sum that is one product: x (2 cos^2 - 1) as x cos(2 a), 2 x sin cos as x sin(2 a), x - x cos^2 as x sin^2;
+/// otherwise `None`.
 fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String) -> Option<String> {
     let signed = |rest: &Monomial, (n, d): Ratio, pair: String| {
         let mut text = product_text(rest, (n.abs(), d), name);

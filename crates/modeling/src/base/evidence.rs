@@ -5,40 +5,40 @@ use std::fmt;
 use crate::base::closed::reason::NoCertificate;
 use crate::base::rank::Scan;
 
-/// The evidence for a rank.
+/// The rank of a regressor, and the evidence for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rank {
     /// Number of base parameters.
     pub numeric: usize,
     /// The rank in a finite field, without a tolerance.
     pub exact: ExactRank,
-    /// Smallest relative distance of a kept column from the span of the columns before it.
+    /// Smallest distance of a kept column from the span of the columns before it, relative to its norm.
     pub smallest_kept: f64,
-    /// Largest relative distance of a dropped column. The distance of a zero column is its norm relative to the norm of the
-    /// largest column.
+    /// Largest distance of a dropped column from the span of the kept columns, relative to its norm. The distance of a zero
+    /// column is its norm relative to the norm of the largest column.
     pub largest_dropped: f64,
-    /// Largest component that a relation omits because columns are too weak to be kept, relative to the largest column in
-    /// the torque of the same joint: the bound of |D_base X_base - D X| for one parameter, relative to the torque of an equal
-    /// parameter with the largest column.
+    /// Largest component that a relation omits because columns are too weak to be kept, relative to the largest column in the
+    /// torque of the same joint. It bounds the torque error |D_base X_base - D X| that one parameter causes, relative to the
+    /// torque of a parameter of equal value with the largest column.
     pub left_out: f64,
-    /// How many relations are proven in the symbols.
+    /// Number of relations that are proven in the symbols.
     pub exact_relations: usize,
-    /// How many relations hold at every value of the symbols, with coefficients that are known as numbers only.
+    /// Number of relations that hold at every value of the symbols, but whose coefficients are known only as numbers.
     pub general_relations: usize,
-    /// How many relations are only numeric.
+    /// Number of relations that are only numeric.
     pub numeric_relations: usize,
 }
 
-/// The rank in a finite field.
+/// The rank in a finite field, or the reason why it is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExactRank {
-    /// The rank where every coordinate is free.
+    /// The rank of a robot whose coordinates are all free.
     Free(usize),
     /// The rank at states that close the loops in the field (`base/closed`).
     Closed {
         /// The rank.
         rank: usize,
-        /// Whether the loops have other assemblies, with another rank than the assembly of the start.
+        /// Whether other assemblies of the loops have other independent columns.
         other_assemblies: bool,
     },
     /// The rank is not known, for this reason.
@@ -46,7 +46,7 @@ pub enum ExactRank {
 }
 
 impl ExactRank {
-    /// The rank, where it is known.
+    /// The rank; `None` if it is not known.
     pub fn rank(self) -> Option<usize> {
         match self {
             ExactRank::Free(rank) | ExactRank::Closed { rank, .. } => Some(rank),
@@ -54,7 +54,7 @@ impl ExactRank {
         }
     }
 
-    /// Why the rank is not known; `None` where it is known.
+    /// Why the rank is not known; `None` if it is known.
     pub fn reason(self) -> Option<NoCertificate> {
         match self {
             ExactRank::Unknown(reason) => Some(reason),
@@ -82,7 +82,7 @@ impl fmt::Display for ExactRank {
 }
 
 impl Rank {
-    /// The evidence of the scan alone. The caller adds the exact evidence.
+    /// The evidence of the numeric scan alone. The caller adds the exact evidence.
     pub(crate) fn of(scan: &Scan) -> Rank {
         let smallest_kept = scan.kept.iter().map(|&c| scan.distance[c]).fold(1.0, f64::min);
         let dropped = scan.zero.iter().copied().chain(scan.dependent.iter().map(|d| d.0));
@@ -100,19 +100,19 @@ impl Rank {
         }
     }
 
-    /// smallest_kept / largest_dropped, at least 1e3 for a clear-cut rank; infinite when every dropped column has the
+    /// smallest_kept / largest_dropped. It is at least 1e3 for a clear-cut rank, and infinite if every dropped column has the
     /// distance zero.
     pub fn gap(&self) -> f64 {
         self.smallest_kept / self.largest_dropped
     }
 }
 
-/// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
-/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
-/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient has a relative difference of about one.
+/// Largest relative difference between an exact and a numeric coefficient that counts as rounding. The weakest kept column
+/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst ([`crate::base::rank::INDEPENDENT`]). A
+/// wrong coefficient has a relative difference of about one.
 const RULE_ROUNDING: f64 = 1e-6;
 
-/// Whether rounding explains the difference of an exact coefficient and a numeric one.
+/// Whether rounding can explain the difference between an exact and a numeric coefficient.
 pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
     (exact - numeric).abs() <= RULE_ROUNDING * (1.0 + exact.abs())
 }

@@ -1,9 +1,9 @@
-//! The rank without a tolerance: the regressor in a finite field, where a zero is a zero.
+//! The rank without a tolerance: the regressor is evaluated in a finite field, which has no rounding.
 //!
-//! Lengths are random elements, coordinates and angles random points of the circle. Exact values of
-//! the robot stay exact: right angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios keep their
-//! values. A column that is independent in the field is independent for almost every robot of this
-//! structure; the probability of an error is below 1e-12 [Schwartz 1980].
+//! Lengths are random elements, coordinates and angles random points of the circle. Exact values of the robot stay exact: right
+//! angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios keep their values. A column that is
+//! independent in the field is independent for almost every robot of this structure; the probability of an error is below 1e-12
+//! [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
@@ -16,12 +16,12 @@ use random::SplitMix;
 
 /// Seed of the random field elements.
 const FIELD_SEED: u64 = 1979;
-/// Random states beyond the number that fills the rank row by row.
+/// Number of random states in addition to those that give as many rows as the regressor has columns.
 const EXTRA_STATES: usize = 2;
 /// Smallest number of random states: the eleven columns of one link may be non-zero in only one row of each state.
 const FEWEST_STATES: usize = 14;
 
-/// The columns that are independent of the columns before them, in ascending order.
+/// The columns of the regressor that are independent of the columns before them, in ascending order.
 pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     let mut random = SplitMix(FIELD_SEED);
     let graph = regressor.graph();
@@ -45,7 +45,7 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     echelon.columns()
 }
 
-/// The field elements assigned to the constants: random, except the exact cosine and sine of multiples of pi/12.
+/// The field elements of the constants, by symbol: random, except the exact cosine and sine of multiples of pi/12.
 pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> {
     let assign = |(_, kind): &(String, SymbolKind)| {
         let mut assignment = Assignment::random(random);
@@ -62,7 +62,7 @@ pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> 
 /// Independent rows in echelon form: the first non-zero entry of each row is one.
 #[derive(Default)]
 pub(crate) struct Echelon {
-    /// The rows by the column of their first non-zero entry.
+    /// Column of the first non-zero entry -> row.
     rows: BTreeMap<usize, Vec<Residue>>,
 }
 

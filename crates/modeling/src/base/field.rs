@@ -1,10 +1,9 @@
-//! The field of integers modulo the prime P = 2^61 - 465, where a zero is a zero.
+//! The field of integers modulo the prime P = 2^61 - 465. Its arithmetic has no rounding, so a zero is exactly zero.
 //!
-//! A polynomial identity that holds at a random point of this field is true, with an error probability of
-//! degree / 2^61 per point [Schwartz 1980]. Lengths are random elements; an angle is a random point
-//! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24. So the field has the square roots
-//! of two and three, and every multiple of pi/12 has its cosine and sine. It has no square root of minus one, and 1 + t^2 is
-//! never zero.
+//! A polynomial identity that holds at a random point of this field is true, with an error probability of degree / 2^61 per point
+//! [Schwartz 1980]. Lengths are random elements; an angle is a random point (c, s) of the circle c^2 + s^2 = 1, so that no angle
+//! needs a value. P is 23 modulo 24. So the field has the square roots of two and three, and every multiple of pi/12 has its
+//! cosine and sine. It has no square root of minus one, so 1 + t^2 is never zero.
 
 use random::SplitMix;
 
@@ -15,7 +14,7 @@ pub(crate) const P: u64 = (1 << 61) - PRIME_OFFSET;
 const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
 const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
 
-/// An element, 0 <= x < P.
+/// An element of the field, 0 <= x < P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Residue(pub u64);
 
@@ -27,14 +26,14 @@ impl Residue {
         Residue(n.rem_euclid(P as i64) as u64)
     }
 
-    /// n/d.
+    /// n/d as a field element.
     pub(crate) fn ratio((n, d): (i128, i128)) -> Residue {
         let element = |x: i128| Residue(x.rem_euclid(i128::from(P)) as u64);
         element(n) * element(d).inverse()
     }
 
-    /// The f64 as a rational number: a ratio of small integers or a decimal where it equals one within rounding (1/3, 0.35),
-    /// else the exact binary fraction.
+    /// The field element of an f64, which is read as a ratio of small integers or a decimal if it equals one within rounding
+    /// (1/3, 0.35), otherwise as its exact binary fraction.
     pub(crate) fn number(x: f64) -> Residue {
         match short_ratio(x, DIGITS) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
@@ -42,13 +41,13 @@ impl Residue {
         }
     }
 
-    /// The exact binary fraction of an f64: mantissa * 2^power.
+    /// The field element of the exact binary fraction of an f64: mantissa * 2^power.
     fn dyadic(x: f64) -> Residue {
         let bits = x.abs().to_bits();
         let exponent = (bits >> 52) as i64;
         let fraction = bits & ((1 << 52) - 1);
         let (mantissa, power) = if exponent == 0 { (fraction, -1074) } else { (fraction | 1 << 52, exponent - 1075) };
-        // 2^(P - 1) = 1, so that a negative power becomes a positive one.
+        // 2^(P - 1) = 1, so a negative power can be replaced by a positive one.
         let scaled = Residue(mantissa) * Residue(2).power(power.rem_euclid(P as i64 - 1) as u64);
         if x < 0.0 { -scaled } else { scaled }
     }
@@ -79,13 +78,13 @@ impl Residue {
         result
     }
 
-    /// A square root, x^((P + 1)/4) since P is 3 modulo 4; `None` where there is none.
+    /// A square root, x^((P + 1)/4), because P is 3 modulo 4; `None` if there is none.
     pub(crate) fn root(self) -> Option<Residue> {
         let root = self.power((P + 1) / 4);
         (root * root == self).then_some(root)
     }
 
-    /// n/d with |n|, d <= bound, when there is one.
+    /// The ratio n/d with |n|, d <= bound that equals this element; `None` if there is none.
     pub(crate) fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
         for d in 1..=bound {
             let n = (self * Residue::integer(d)).0;
@@ -137,16 +136,16 @@ const LOW_BITS: u64 = (1 << 61) - 1;
 
 /// Largest denominator of a small ratio.
 const MAX_DENOMINATOR: i64 = 1_000_000;
-/// Bound of the numbers that are tried as small ratios.
+/// Upper bound of the numbers that are tried as small ratios.
 const MAX_RATIO: f64 = 1e9;
-/// A term of a continued fraction from this bound on is a division by a rounding error.
+/// A term of a continued fraction that reaches this bound comes from a division by a rounding error.
 const MAX_FRACTION_TERM: f64 = 1e12;
-/// Relative difference of a double and its ratio: two units in the last place.
+/// Largest relative difference between a double and its ratio: two units in the last place.
 const TWO_ULP: f64 = 2.0 * f64::EPSILON;
-/// Significant digits with which neighbouring decimals are different doubles.
+/// Number of significant digits with which neighbouring decimals are different doubles.
 pub(crate) const DIGITS: usize = 15;
 
-/// n/d, where `x` is a ratio of small integers or a decimal of `digits` digits, within two units in the last place.
+/// (n, d) if `x` equals, within two units in the last place, a ratio of small integers or a decimal of `digits` digits.
 pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     small_ratio(x).or_else(|| {
         let text = format!("{x:.0$e}", digits - 1);
@@ -159,8 +158,8 @@ pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     })
 }
 
-/// n/d with a small denominator, where `x` equals it within two units in the last place: by the continued fraction.
-/// About one in a thousand other numbers is taken for such a ratio by mistake.
+/// (n, d) with a small d if `x` equals n/d within two units in the last place, by the continued fraction. About one in a thousand
+/// other numbers is taken for such a ratio by mistake.
 fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= TWO_ULP * x.abs();
     if x.is_nan() || x.abs() >= MAX_RATIO {
@@ -201,7 +200,7 @@ impl Assignment {
     }
 }
 
-/// A point (cos, sin) of the circle.
+/// A point (cos, sin) of the circle, which stands for an angle.
 pub(crate) type CirclePoint = (Residue, Residue);
 
 /// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2).
@@ -229,7 +228,7 @@ pub(crate) fn times(mut point: CirclePoint, mut n: u128) -> CirclePoint {
     sum
 }
 
-/// Cosine and sine of an angle in rad that is a multiple of pi/12 within rounding; else `None`.
+/// Cosine and sine of an angle in rad that is a multiple of pi/12 within rounding; otherwise `None`.
 pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     let twelfths = (angle / (std::f64::consts::PI / 12.0)).round();
     if (angle - twelfths * (std::f64::consts::PI / 12.0)).abs() > 4.0 * f64::EPSILON * angle.abs() {
@@ -241,7 +240,7 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` when there is no solution or more than one.
+/// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` if there is no solution or more than one.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
     for c in 0..n {
         let pivot = (c..rows.len()).find(|&r| rows[r][c] != Residue::ZERO)?;

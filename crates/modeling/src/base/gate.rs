@@ -1,11 +1,11 @@
-//! The acceptance conditions of base parameters: where the evidence does not suffice, there are none.
+//! The conditions under which base parameters are accepted. If the evidence does not suffice, there are no base parameters.
 //!
 //! They are accepted if these conditions hold:
 //!
 //! - every number is finite;
 //! - the numeric distances of kept and dropped columns have a wide gap;
 //! - the rank equals the rank in a finite field ([`crate::base::exact_rank`]), and the columns are the columns of the field,
-//!   which may differ from the numeric choice; each must stand out of the span of the others;
+//!   which may differ from the numeric choice; each must have a clear distance from the span of the columns before it;
 //! - the exact coefficients of the regrouping agree with the numeric ones.
 
 use std::cmp::Ordering;
@@ -15,7 +15,7 @@ use crate::base::rank::{CLEAR_GAP, Scan};
 use crate::base::regrouping::Regrouping;
 use crate::base::unclear_rank::UnclearRank;
 
-/// Refuses a rank without a clear gap. The error has the columns that are in doubt.
+/// Refuses a rank without a clear gap. The error lists the columns in doubt with their distances.
 pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     if rank.gap() < CLEAR_GAP {
         let in_doubt = |&c: &usize| {
@@ -28,7 +28,7 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses a numeric rank that differs from the rank in the field.
+/// Refuses a numeric rank that differs from the rank in the field; the error lists the columns that only one of them has.
 pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
         these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
@@ -49,10 +49,10 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
 /// Rounding error of a column of unit norm in a scan, before weak columns amplify it.
 pub(crate) const SCAN_ROUNDING: f64 = 1e-14;
 
-/// Refuses chosen columns that do not stand out of the span of the others, and dropped columns that do. `scan` is the scan
-/// that keeps the chosen columns.
+/// Refuses chosen columns whose distance from the span of the columns before them is too small, and dropped columns whose
+/// distance is too large. `scan` is the scan that keeps the chosen columns.
 ///
-/// The direction of a kept column with the distance d has an error of rounding / d, which affects all columns behind it.
+/// The direction of a kept column with the distance d has an error of rounding / d, which affects all columns after it.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (mut weak, mut smallest, mut largest_dropped) = (Vec::new(), 1.0_f64, 0.0_f64);
     for (c, &distance) in scan.distance.iter().enumerate() {
@@ -72,9 +72,8 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
-/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the numeric ones. Relations
-/// built on weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a
-/// fit.
+/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the numeric ones. Relations built on
+/// weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a numeric fit.
 pub(crate) fn compared_with_numbers(
     scan: &Scan,
     regrouping: &Regrouping,

@@ -1,11 +1,10 @@
-//! Coefficients of columns that no tree rule explains. They are solved for at random points of a finite
-//! field, then interpolated in the robot's symbols.
+//! Finds the coefficients of dropped columns for which there is no joint-by-joint rule. They are solved for at random points of a
+//! finite field, then interpolated in the robot's symbols.
 //!
-//! Loops of passive joints cause dependencies of columns that no joint-by-joint rule describes.
-//! Where a column is numerically a combination of a few others, the combination is solved
-//! exactly at random states and random symbols modulo a prime. Then a Laurent polynomial in the
-//! relevant symbols, of the right physical dimension, is fitted and checked at further points.
-//! Only an exact fit is accepted.
+//! Loops of passive joints cause dependencies of columns that no joint-by-joint rule describes. If a column is numerically a
+//! combination of a few others, the combination is solved for exactly at random states and random symbols modulo a prime. Then a
+//! Laurent polynomial in the relevant symbols, of the right physical dimension, is fitted and checked at further points. Only an
+//! exact fit is accepted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,50 +19,50 @@ use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// One column to explain: `column` = sum_k x_k support_k, the x_k unknown.
+/// A column to explain by others: `column` = sum_k x_k support_k, with unknown x_k.
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,
-    /// The power of a length in the unit of each x_k.
+    /// The power of length in the unit of each x_k.
     pub degrees: Vec<i32>,
 }
 
-/// The x_k of each relation in the field; `None` where no x or more than one satisfies it.
+/// The x_k of each relation in the field; `None` if no x satisfies the relation, or more than one.
 type Solutions = Vec<Option<Vec<Residue>>>;
 
-/// Values of the constants, and the solutions at these values.
+/// The values of the constants, and the solutions of all relations at these values.
 type SamplePoint = (Vec<Assignment>, Solutions);
 
-/// Bound of numerator and denominator of a rational number in a coefficient. Lengths and angles lead only to halves,
+/// Upper bound of numerator and denominator of a rational number in a coefficient. Lengths and angles lead only to halves,
 /// doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
-/// Curves through each closed point.
+/// Number of curves through each closed point.
 const CURVES_PER_POINT: usize = 3;
-/// Closed points tried at given constants, to find one of the right assembly.
+/// Number of closed points that are tried at given constants, to find one of the right assembly.
 const TRIED_ASSEMBLIES: usize = 8;
 
 /// Largest number of unknowns of a fit. k angles at size s have (2 s + 2)^k monomials, and each takes an evaluation of the
 /// columns and a row of a dense matrix: 256 cost about ten milliseconds, 4096 some minutes. Three angles at size two
 /// (216) and four at size one (256) are allowed; the loops of the models that come with the project need at most 23.
 const MAX_UNKNOWNS: usize = 256;
-/// Largest number of unknowns of a fit where every point must close the loops, which takes some milliseconds per point.
+/// Largest number of unknowns of a fit if every point must close the loops, which takes some milliseconds per point.
 const MAX_UNKNOWNS_OF_LOOPS: usize = 40;
 /// Largest power of a cosine in a fit.
 const MAX_MONOMIAL_SIZE: i32 = 3;
-/// Points of a fit beyond the unknowns, so that a fit that is not exact fails.
+/// Number of points of a fit in addition to the unknowns, so that a fit that is not exact fails.
 const CHECK_POINTS: usize = 2;
 /// Seed of the random field elements.
 const FIELD_SEED: u64 = 1995;
-/// Random states beyond the unknowns.
+/// Number of random states in addition to the unknowns.
 const EXTRA_STATES: usize = 3;
-/// Orders of a curve beyond the unknowns.
+/// Number of orders of a curve in addition to the unknowns.
 const EXTRA_ORDERS: usize = 2;
 
-/// The x_k of each relation; `None` when the relation does not hold for every value of the symbols,
-/// is no Laurent polynomial of small degree, or has too many unknowns.
+/// The x_k of each relation; `None` if the relation does not hold for every value of the symbols, if an x_k is no Laurent
+/// polynomial of small degree, or if there are too many unknowns.
 ///
-/// With `closed`, the states are not free but close the loops.
+/// With `closed`, the states close the loops; without it, all inputs of the regressor are free.
 pub(crate) fn interpolate(
     regressor: &Function,
     relations: &[Relation],
@@ -85,10 +84,10 @@ pub(crate) fn interpolate(
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // The first coefficient without a result ends the relation, since a relation needs all its coefficients exact.
+            // A relation needs all its coefficients exact, so the first coefficient without a result ends it.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
-                    // A number needs no fit.
+                    // This coefficient depends on no symbol: it is a number and needs no fit.
                     return x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())));
                 }
                 fit(&mut samples, &mut points, r, k, &depends[r][k], relation.degrees[k])
@@ -114,7 +113,7 @@ fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Re
     (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
-/// For each relation and x_k the symbols on which it depends, found by changing one symbol at a time.
+/// For each relation and each x_k, the symbols on which x_k depends. They are found by changing one symbol at a time.
 fn dependencies(
     samples: &mut FieldSamples,
     relations: &[Relation],
@@ -141,7 +140,7 @@ fn dependencies(
     depends
 }
 
-/// x_k of relation r as a polynomial in its symbols. Sets of monomials of growing size are tried. `None` without an exact fit.
+/// x_k of relation r as a polynomial in `symbols`. Larger and larger sets of monomials are tried. `None` without an exact fit.
 fn fit(
     samples: &mut FieldSamples,
     points: &mut Vec<SamplePoint>,
@@ -183,8 +182,8 @@ fn fit(
     None
 }
 
-/// Products of powers of the symbols with the given total power of lengths: each length between
-/// -size and size + 1, each cosine up to size, each sine up to one.
+/// All products of powers of the symbols whose total power of lengths is `degree`. Each length has a power from -size to size +
+/// 1, each cosine up to size, each sine up to one.
 fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> Vec<Monomial> {
     let mut all: Vec<(Monomial, i32)> = vec![(Vec::new(), 0)];
     // Each symbol multiplies every product so far by each of its powers; `length` is the total power of lengths.
@@ -238,14 +237,14 @@ fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32
     by_power.get(&degree).copied().unwrap_or(0)
 }
 
-/// Evaluations of the function in the field, at given constants and random states.
+/// Evaluates the function in the field, at given constants and random states.
 struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
     angles: GraphAngles,
-    /// Whether the symbol is the argument of a sine or cosine.
+    /// Whether each symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// Whether the function or the closure of the loops depends on the symbol.
+    /// Whether the function or the closure of the loops depends on each symbol.
     is_read: Vec<bool>,
     closed: Option<&'a ClosedPoints>,
     random: SplitMix,
@@ -288,7 +287,8 @@ impl<'a> FieldSamples<'a> {
         matches!(self.function.graph().symbols()[s].1, SymbolKind::Constant(_))
     }
 
-    /// Random assignments for all symbols, or for one symbol with the assignments of the reference for the others.
+    /// Random field elements for all symbols. With `moved` = (reference, s), only symbol s is drawn, the others are those of the
+    /// reference.
     fn draw(&mut self, moved: Option<(&[Assignment], usize)>) -> Vec<Assignment> {
         match (moved, self.closed) {
             (None, Some(closed)) => closed.constants(&mut self.random).unwrap_or_default(),
@@ -301,7 +301,7 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation at these constants.
+    /// Solves every relation at these constants; `None` for a relation without a unique solution.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
         let rows = match self.closed {
@@ -317,7 +317,7 @@ impl<'a> FieldSamples<'a> {
         self.relations.iter().map(pick).collect()
     }
 
-    /// Rows at random states. More states than unknowns give rows that check the solution.
+    /// Rows of the function at random states. There are more states than unknowns, so that the rows also check the solution.
     fn free_rows(&mut self, constants: &[Assignment], unknowns: usize) -> Vec<Vec<Residue>> {
         let output = &self.function.outputs[0];
         // A column may be non-zero in only one row of each state.
@@ -331,8 +331,8 @@ impl<'a> FieldSamples<'a> {
         rows
     }
 
-    /// Rows of the series coefficients along curves of closed states; `None` where the loops do not close in the field or no
-    /// tried assembly has these independent columns.
+    /// The series coefficients of the function's rows along curves of closed states. `None` if the loops do not close in the
+    /// field, or if no tried assembly has these independent columns.
     fn closed_rows(
         &mut self,
         closed: &ClosedPoints,

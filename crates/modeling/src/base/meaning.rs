@@ -31,7 +31,7 @@ impl BaseParameters {
         text
     }
 
-    /// The evidence for the rank of `robot` in a finite field, and the columns that are too weak for every motion.
+    /// The evidence for the rank of `robot` in a finite field, as text, with the columns that are too weak for every motion.
     pub fn evidence_of_rank(&self, robot: &Robot) -> String {
         let weak = |w: &WeakParameter| format!("{} ({:.0e})", self.standard[w.column].display(robot), w.share);
         let weak: Vec<String> = self.weak.iter().map(weak).collect();
@@ -72,7 +72,7 @@ fn axis(inertial: Inertial) -> &'static str {
     }
 }
 
-/// The phrase for an absorbed parameter of the same link.
+/// The phrase for an absorbed parameter that belongs to the same link.
 fn joined(own: Inertial, other: Inertial, factor: f64) -> String {
     let is_moment = |i: Inertial| matches!(i, Inertial::Xx | Inertial::Yy | Inertial::Zz);
     match other {
@@ -88,7 +88,7 @@ fn called(robot: &Robot, link: LinkId) -> String {
     if name.chars().all(|c| c.is_ascii_digit()) { format!("link {name}") } else { name.clone() }
 }
 
-/// A list of links as text: `a`, `a and b`, `a to d` where each is the antecedent of the next, `a, b and 4 more`.
+/// A list of links as text: `a`, `a and b`, `a to d` if each is the antecedent of the next, `a, b and 4 more`.
 fn listed(robot: &Robot, links: &[LinkId]) -> String {
     let name = |i: usize| called(robot, links[i]);
     let last = links.len() - 1;

@@ -1,8 +1,8 @@
 //! The smallest set of inertial parameters that determines the torque.
 //!
-//! [`base_parameters`] does it in this order: a finite field chooses columns ([`exact_rank`]), a numeric scan
-//! confirms them ([`rank`]), the relations of the dropped columns are found ([`regrouping`]), compared with
-//! the numeric ones ([`evidence`]), named ([`names`]), and written as rules on request ([`written_rules`]).
+//! [`base_parameters`] takes these steps: a finite field chooses the columns ([`exact_rank`]), a numeric scan confirms them
+//! ([`rank`]), the relations of the dropped columns are found ([`regrouping`]), compared with numeric relations ([`evidence`]),
+//! named ([`names`]), and written as rules on request ([`written_rules`]).
 
 pub(crate) mod angles;
 pub(crate) mod base_parameters;

@@ -8,8 +8,8 @@ pub(crate) fn regrouped(plain: &str, inertial: Inertial) -> String {
     format!("{letters}R{}", &plain[letters.len()..])
 }
 
-/// The name of a base parameter. Without gravity the name of a first moment has a prefix, the length through which it acts:
-/// `D2MXR4`, after the first non-zero d on the path from the base to its link.
+/// The name of a base parameter. Without gravity, the name of a first moment gets a prefix, the length through which it acts:
+/// `D2MXR4`. This is the first non-zero d on the path from the base to the link.
 pub(crate) fn base(robot: &Robot, parameter: StandardParameter, name: String) -> String {
     let weightless = robot.gravity_number() == [0.0; 3];
     if !(weightless && parameter.inertial.is_first_moment()) {

@@ -1,30 +1,30 @@
 //! The independent columns of a matrix, from left to right, and their distances from the span of the others.
 //!
-//! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left
-//! to right: one is kept when its distance from the span of the columns kept before it, relative to its
-//! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest count as
-//! zero: a truncated pi causes columns of 1e-10, which would count if they were scaled to one. Where the
-//! columns are chosen elsewhere ([`crate::base::exact_rank`]), the scan gives the distance of each chosen column.
+//! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left to right: a column is kept
+//! if its distance from the span of the columns kept before it, relative to its own norm, is above the threshold [Gautier 1991].
+//! Columns far smaller than the largest are treated as zero: a truncated pi causes columns of 1e-10, which would count as
+//! independent if they were scaled to one. If the columns are chosen elsewhere ([`crate::base::exact_rank`]), the scan gives the
+//! distance of each chosen column.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::base::triangle::triangle;
 
-/// Distance, relative to the norm of the column, above which a column is independent.
+/// A column is independent if its distance, relative to its norm, is above this value.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
-/// Norm, relative to the norm of the largest column, up to which a column counts as zero.
+/// A column is treated as zero if its norm, relative to the norm of the largest column, is at most this value.
 const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
-/// A rank is clear-cut when the largest dropped distance is this many times below the smallest kept.
+/// A rank is clear-cut if the smallest kept distance is at least this many times the largest dropped distance.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
-/// The outcome of the scan.
+/// The result of a scan of columns from left to right. Distance: from the span of the columns kept before.
 #[derive(Clone, Debug, Default)]
 pub struct Scan {
     /// Columns kept, ascending.
     pub kept: Vec<usize>,
     /// Columns that are zero, ascending.
     pub zero: Vec<usize>,
-    /// Columns in the span of kept columns before them, with the coefficient of each kept column.
+    /// Columns in the span of kept columns, each with the coefficients of all kept columns.
     pub dependent: Vec<(usize, Vec<f64>)>,
     /// Distance of each column relative to its norm (of a zero column: its norm relative to the largest column).
     pub distance: Vec<f64>,
@@ -32,16 +32,16 @@ pub struct Scan {
     pub share: Vec<f64>,
 }
 
-/// The scan of the columns of a matrix from left to right, as base parameters are chosen.
+/// Scans the columns of a matrix from left to right and keeps the independent columns, as for base parameters.
 ///
-/// Fails where columns are not finite, with their indices.
+/// If columns are not finite, the error has their indices.
 pub fn independent_columns(matrix: &DMatrix<f64>) -> Result<Scan, Vec<usize>> {
     scan(&triangle(matrix, 1), None)
 }
 
-/// The scan of the triangle of a matrix ([`crate::base::triangle`]); keeps the independent columns, or the `chosen` ones.
+/// Scans the triangle of a matrix ([`crate::base::triangle`]) and keeps the independent columns, or the `chosen` ones.
 ///
-/// Every number of the outcome is finite; else the error has the indices of the columns that are not finite.
+/// Every number of the result is finite. Otherwise the error has the indices of the columns that are not finite.
 pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<Scan, Vec<usize>> {
     let p = triangle.ncols();
     let norms: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
@@ -87,7 +87,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
             s.dependent.push((c, along));
         }
     }
-    // Back substitution: from coefficients of the basis vectors to coefficients of the kept columns.
+    // Back substitution: coefficients of the basis vectors become coefficients of the kept columns.
     for (_, x) in &mut s.dependent {
         for k in (0..x.len()).rev() {
             x[k] /= factors[k][k];
@@ -125,7 +125,7 @@ mod tests {
             assert!((found - expected).abs() < 1e-13);
         }
 
-        // Other columns of the same span, chosen beforehand.
+        // Other columns with the same span, chosen beforehand.
         let s = scan(&triangle, Some(&[2, 3, 4])).unwrap();
         assert_eq!((s.kept, s.zero), (vec![2, 3, 4], vec![1]));
         assert_eq!(s.dependent.iter().map(|d| d.0).collect::<Vec<_>>(), [0, 5]);

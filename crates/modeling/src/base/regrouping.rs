@@ -1,16 +1,15 @@
-//! The relation of each dropped column to the kept columns: D_d = sum_k beta_kd D_k.
+//! Determines the relation of each dropped column to the kept columns: D_d = sum_k beta_kd D_k.
 //!
-//! Three sources, the most reliable first:
+//! The coefficients have three sources, the most reliable first:
 //!
-//! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule leads
-//!   to columns before the dropped one. Where these are dropped themselves, their own relation is
-//!   substituted;
-//! - for columns that no rule explains, because loops couple them, interpolation in a finite
-//!   field ([`crate::base::interpolation`]), exact too;
-//! - where interpolation finds no closed form, the numeric coefficients of the scan.
+//! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule expresses a dropped column by
+//!   columns before it. If these are dropped themselves, their own relations are substituted;
+//! - for columns without a rule, because loops couple them, interpolation in a finite field ([`crate::base::interpolation`]),
+//!   exact too;
+//! - if interpolation finds no closed form, the numeric coefficients of the scan.
 //!
-//! The rules are stored unexpanded: each leads to columns of the link and its antecedent. Here they are multiplied out
-//! only as numbers; [`crate::base::written_rules`] writes them as text.
+//! The rules are stored unexpanded: each has columns of the link and its antecedent. Here they are multiplied out only as
+//! numbers; [`crate::base::written_rules`] writes them as text.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,8 +26,8 @@ use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// A numeric coefficient smaller than this is a rounded zero. The rounding of the scan is about 1e-13; a true
-/// coefficient is a product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
+/// A numeric coefficient smaller than this counts as zero. The rounding of the scan is about 1e-13; a true coefficient is a
+/// product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
 const ROUNDED_ZERO: f64 = 1e-9;
 
 /// A coefficient of a regrouping: proven in the symbols, or only a number.
@@ -39,7 +38,7 @@ pub(crate) enum Beta {
 }
 
 impl Beta {
-    /// The value at the robot's numbers, and the field element where the coefficient is exact.
+    /// The value at the robot's numbers, and the field element if the coefficient is exact.
     fn share(&self, graph: &Graph, constants: &[Assignment]) -> Share {
         match self {
             Beta::Exact(c) => Share::of(c, graph, constants),
@@ -48,13 +47,13 @@ impl Beta {
     }
 }
 
-/// A coefficient multiplied out over all rules that lead to it, without its text. For a chain of n oblique links the
-/// texts grow faster than any power of n, but the number of coefficients grows as n^2.
+/// The coefficient of a kept column after all rules are substituted, as numbers and not as text. For a chain of n oblique links
+/// the texts grow faster than any power of n, but the number of coefficients grows as n^2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
     /// The value at the robot's values of its symbols.
     pub number: f64,
-    /// The value at random elements of a finite field, where a zero is exact; `None` where a factor is only a number.
+    /// The value at random elements of a finite field, where a zero is exact; `None` if a factor is only a number.
     pub residue: Option<Residue>,
 }
 
@@ -74,7 +73,7 @@ impl Share {
     }
 }
 
-/// The relations of the dropped columns, unexpanded and with every rule substituted.
+/// The relations of the dropped columns, both as separate rules and with every rule substituted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Regrouping {
     /// Dropped column without a tree rule -> its kept columns and coefficients. Empty for a column that is zero.
@@ -86,7 +85,7 @@ pub(crate) struct Regrouping {
 }
 
 impl Regrouping {
-    /// The `weak` columns, and the columns whose rules lead to them: their relations omit the contribution of weak columns.
+    /// The `weak` columns, and the columns whose rules contain them: their relations omit the contribution of weak columns.
     pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
         let mut built: BTreeSet<usize> = weak.iter().copied().collect();
         for (dropped, terms) in &self.rules {
@@ -113,7 +112,8 @@ pub(crate) fn regrouping(
     closed: Option<&ClosedPoints>,
 ) -> Regrouping {
     let mut rules = rules_by_column(derivation, standard);
-    // A column with a rule may be kept, where the column of the rule's right-hand side is too weak to be kept.
+    // Drop the rules of kept columns: a column with a rule is kept if a column on the rule's right-hand side is too weak to be
+    // kept.
     rules.retain(|column, _| scan.kept.binary_search(column).is_err());
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
     let unexplained = unexplained(derivation.robot, standard, scan, &rules, &numeric);
@@ -154,7 +154,7 @@ fn unexplained(
         .collect()
 }
 
-/// The coefficients of the relations: exact from the field where it has a result, else from the scan.
+/// The coefficients of the relations: exact from the field if it has a result, otherwise numeric from the scan.
 fn solved(
     robot: &Robot,
     regressor: &Function,
@@ -173,7 +173,7 @@ fn solved(
         None => vec![None; relations.len()],
     };
     for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
-        // The points may belong to another assembly than the numbers, with other coefficients.
+        // The closed points may belong to another assembly than the robot's numbers. Then their coefficients differ.
         let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
         let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
         // A zero column is zero in every assembly.
@@ -192,8 +192,8 @@ fn solved(
 /// Seed of the random elements of the symbols.
 const SHARE_SEED: u64 = 1990;
 
-/// The solved relations, and the rules D_d = sum_c factor_c D_c with the relation of c substituted where c is dropped too.
-/// A rule leads to columns before its own, so their relations are already expanded.
+/// The solved relations, and the relations that follow from the rules D_d = sum_c factor_c D_c: if c is dropped too, its own
+/// relation is substituted. The columns c come before d, so their relations are already expanded.
 fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph: &Graph) -> Shares {
     let mut random = SplitMix(SHARE_SEED);
     let constants: Vec<Assignment> = graph.symbols().iter().map(|_| Assignment::random(&mut random)).collect();
@@ -216,13 +216,13 @@ fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph
     shares
 }
 
-/// Whether a column is zero at every state.
+/// Whether a column is identically zero.
 fn column_is_zero(regressor: &Function, column: usize) -> bool {
     let output = &regressor.outputs[0];
     (0..output.rows).all(|r| output.entries[r * output.columns + column].is_zero())
 }
 
-/// The power of a length in the unit of a parameter: kg m^degree.
+/// The degree in the unit of a parameter, kg m^degree.
 fn length_degree(robot: &Robot, parameter: StandardParameter) -> i32 {
     match parameter.inertial {
         Inertial::M => 0,

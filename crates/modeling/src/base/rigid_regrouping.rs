@@ -1,17 +1,16 @@
-//! The regrouping rules of trees: the inertial parameters of a link that act as parameters of its antecedent.
+//! The regrouping rules of trees: combinations of inertial parameters of a link that act as parameters of its antecedent.
 //!
-//! The motion of a joint does not change the inertia, seen from the antecedent, of a body that is symmetric about the joint
-//! axis and has no inertia about it. For a revolute joint these are the directions XX = YY, MZ and M, for
-//! a prismatic joint the whole inertia tensor, for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body
-//! adds to the antecedent's parameters, about O_i and in frame i,
+//! If a body is symmetric about the joint axis and has no inertia about it, its inertia seen from the antecedent does not depend
+//! on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic joint the
+//! whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body adds to the antecedent's
+//! parameters, about O_i and in frame i,
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
 //! MS_i += s + m p,   M_i += m,      s = R MS_j
 //! ```
-//! with R = R_ij and p = p_ij, where the joint's own motion has no effect. So the columns of D obey
-//! D_j X_j = D_i X_i: one relation for each direction, exact in the robot's symbols. It also holds for passive
-//! joints.
+//! with R = R_ij and p = p_ij at joint variable zero. So the columns of D obey D_j X_j = D_i X_i: one relation for each such set
+//! of parameters, exact in the robot's symbols. It also holds for passive joints.
 
 use expr::{Expr, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -20,7 +19,7 @@ use crate::base::coefficient::Coefficient;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::vector::{NULL, Vector, add, dot};
 
-/// A relation of columns: `dropped` = sum of coefficient * column over the terms.
+/// A relation of columns: column `dropped` = sum of coefficient * column over the terms.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeRule {
     pub dropped: (LinkId, Inertial),
@@ -56,10 +55,11 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
     rules
 }
 
-/// Ten parameters in the order of [`Inertial::BODY`], 1 where set.
+/// A subset of the ten parameters, in the order of [`Inertial::BODY`]: true for the parameters that are 1, the others are 0.
 type ParameterSet = [bool; 10];
 
-/// For each free direction: the dropped parameter, the parameters of the same link that absorb it too, and the unit body.
+/// For each rule of a joint: the dropped parameter, the parameters of the same link that absorb it too, and the body with unit
+/// parameters.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));
@@ -72,7 +72,7 @@ fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSe
     }
 }
 
-/// Frame j in frame i at joint variable zero.
+/// The pose of frame j in frame i at joint variable zero.
 struct RelativeFrame {
     /// Columns: the axes of frame j in frame i.
     axes: [Vector; 3],
@@ -103,7 +103,7 @@ impl RelativeFrame {
         RelativeFrame { axes, p }
     }
 
-    /// The ten parameters, in frame i about O_i, of a body with unit parameters in frame j.
+    /// The ten parameters of a body in frame i, about O_i. In frame j, the parameters in `body` are 1 and the others are 0.
     fn carried(&self, g: &mut Graph, body: ParameterSet) -> [Expr; 10] {
         let unit = |i: usize| if body[i] { Expr::ONE } else { Expr::ZERO };
         let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = std::array::from_fn(unit);

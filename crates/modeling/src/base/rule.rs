@@ -2,11 +2,11 @@
 
 use crate::base::coefficient::Coefficient;
 
-/// A coefficient as text: a sign and a magnitude.
+/// The text of a coefficient: a sign and a magnitude.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor {
     negative: bool,
-    /// `1`, `D2^2`, `cos(2*DEL)`.
+    /// Text without sign: `1`, `D2^2`, `cos(2*DEL)`.
     magnitude: String,
 }
 
@@ -15,7 +15,7 @@ impl Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
-    /// The factors of a coefficient, one per summand; `name` is the name of a symbol.
+    /// One factor per summand of a coefficient; `name` gives the name of a symbol.
     pub(crate) fn summands(c: &Coefficient, name: &dyn Fn(u32) -> String) -> Vec<Factor> {
         let factor = |c: Coefficient| {
             let text = c.display(name).to_string();
@@ -32,12 +32,12 @@ impl Factor {
     }
 }
 
-/// The decimal of eleven digits nearest to x. A numeric relation of the scan has no more valid digits.
+/// The decimal number of eleven digits nearest to x. A numeric coefficient of the scan has no more valid digits.
 pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.10e}").parse().unwrap_or(x)
 }
 
-/// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, the base parameter's own one first.
+/// The text of a rule, `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, from (parameter, factor), the base parameter's own one first.
 pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
     // Parameters with coefficients of equal magnitude share a parenthesis.
     let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();

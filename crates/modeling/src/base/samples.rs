@@ -1,4 +1,4 @@
-//! The regressor at random states, for the numeric rank.
+//! Evaluates the regressor at random states, for the numeric rank.
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
@@ -8,15 +8,15 @@ use crate::kinematics::closure::Closure;
 
 /// Seed of the random states.
 const STATE_SEED: u64 = 1995;
-/// Rows per column: enough even where the columns of a link are non-zero only in the row of its own joint.
+/// Number of rows per column. It is enough even if the columns of a link are non-zero only in the row of its own joint.
 const ROWS_PER_COLUMN: usize = 3;
-/// States beyond the number that [`ROWS_PER_COLUMN`] asks for.
+/// Number of states in addition to the number that [`ROWS_PER_COLUMN`] requires.
 const EXTRA_STATES: usize = 8;
-/// Bounds of dq in rad/s or m/s, and of ddq in rad/s^2 or m/s^2, that give inertia, centrifugal and gravity terms similar
-/// weights.
+/// Bounds of dq (rad/s or m/s) and of ddq (rad/s^2 or m/s^2). With these bounds, inertia, centrifugal and gravity terms have
+/// similar weights.
 const RATE_BOUNDS: [f64; 2] = [2.0, 4.0];
 
-/// D at random states with closed loops, stacked state by state; `constants`: values of inputs behind q, dq and ddq.
+/// D at random states with closed loops, stacked state by state; `constants`: values of the inputs after q, dq and ddq.
 pub(crate) fn sampled(regressor: &Function, closure: Option<Closure>, constants: &[f64]) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);

@@ -1,25 +1,25 @@
-//! The triangle R of a matrix's QR, joint by joint.
+//! Computes the triangle R of the QR decomposition of a matrix A, joint by joint.
 //!
-//! R'R = A'A. The rows of one joint are added to R together, by Householder reflections of a row of R and the column beneath
-//! it [Golub, Van Loan, 5.1]. Only R and the rows of one joint are in memory. The row of a joint is zero in the columns of
-//! bodies that it does not carry, and a column that is zero on both sides of a reflection stays zero. Such columns are
-//! skipped, which saves most of the work for a tree.
+//! R'R = A'A. The rows of one joint are added to R together, by Householder reflections of a row of R and the column beneath it
+//! [Golub, Van Loan, 5.1]. Only R and the rows of one joint are in memory. The row of a joint is zero in the columns of bodies
+//! that the joint does not carry. A column that is zero in both blocks of a reflection stays zero and is skipped, which saves
+//! most of the work for a tree.
 //!
-//! A joint has some dozens of rows and a robot has thousands of columns, so R contains all information of the rows long
-//! before the last column. From there on the rows contain only rounding errors, which are dropped: further reflections would
-//! square them at every pass through the rows until the factor 2 / v'v overflows.
+//! A joint has some dozens of rows and a robot has thousands of columns, so the information of the rows is in R long before the
+//! last column. After that, the rows contain only rounding errors, which are dropped: each further pass would square them, until
+//! the factor 2 / v'v overflows.
 
 use nalgebra::DMatrix;
 
-/// Norm of the residual in the rows of a joint, relative to the norm of the whole column, up to which it is rounding.
-/// Reflections leave 1e-15; the next pass through the rows leaves 1e-30 of it. The threshold of the rank is 1e-7.
+/// A column of the rows of a joint counts as rounding if its norm, relative to the norm of the whole column, is at most this
+/// value. Reflections leave about 1e-15, the next pass 1e-30. The threshold of the rank is 1e-7.
 const COLUMN_ROUNDING: f64 = 1e-15;
 
-/// R, p x p, of a matrix whose row i belongs to joint i modulo `joints`.
+/// R, p x p, of a matrix in which row i belongs to joint i modulo `joints`.
 pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
-    // The bound is at least the smallest normal number, since the square of a smaller norm cannot be a divisor.
+    // The bound is at least the smallest normal number, because the square of a smaller norm cannot be a divisor.
     let rounding =
         |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
     let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
@@ -31,8 +31,8 @@ pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     DMatrix::from_row_slice(p, p, &r)
 }
 
-/// Adds the rows of one joint to R. `block` holds the rows column by column and is overwritten. `rounding`: for each column
-/// the square of the norm up to which it counts as zero.
+/// Adds the rows of one joint to R. `block` holds the rows, column by column, and is overwritten. `rounding`: for each column,
+/// the square of the norm that counts as zero.
 fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
     let p = rounding.len();
     for c in 0..p {
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use random::SplitMix;
 
-    /// R'R = A'A, and R equals the R of an ordinary QR up to the signs of its rows, with columns that are zero for some joints.
+    /// R'R = A'A, and R equals the R of an ordinary QR up to the signs of its rows. Some columns are zero for some joints.
     #[test]
     fn the_triangle_of_an_ordinary_qr() {
         let (joints, states, p) = (4, 9, 12);
@@ -100,7 +100,7 @@ mod tests {
         assert!(gram.amax() < 1e-12);
     }
 
-    /// Many more columns than a joint has rows: the rows of a joint become zero dozens of times. Their rounding must not grow.
+    /// The robot has many more columns than a joint has rows, so these become zero dozens of times. Their rounding must not grow.
     #[test]
     fn rows_that_are_used_up_leave_nothing() {
         let (joints, states, p) = (3, 7, 600);
@@ -125,7 +125,7 @@ mod tests {
     fn few_rows_leave_zeros() {
         let matrix = DMatrix::from_row_slice(2, 3, &[3.0, 1.0, 2.0, 4.0, 1.0, 0.0]);
         let found = triangle(&matrix, 1);
-        // Only rounding remains where there are no more rows.
+        // The matrix has two rows, so the third row of R is only rounding.
         assert!((found[(0, 0)].abs() - 5.0).abs() < 1e-14 && found[(2, 2)].abs() < 1e-14);
         assert_eq!(triangle(&DMatrix::zeros(0, 2), 3), DMatrix::zeros(2, 2));
     }

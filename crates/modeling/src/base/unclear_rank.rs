@@ -1,4 +1,4 @@
-//! Why a robot gets no base parameters, as a claim: the fault or the open question, and its remedy.
+//! Why a robot has no base parameters, as a claim: the fault or the open question, and the remedy.
 
 use std::fmt;
 
@@ -8,10 +8,10 @@ use crate::base::evidence::Rank;
 use crate::base::rank::CLEAR_GAP;
 use crate::derivation::NeverCloses;
 
-/// The topic of the claim that a refused rank makes.
+/// The topic of the claim that is made if a rank is refused.
 const BASE_PARAMETERS: Topic = Topic("base parameters");
 
-/// Why there are no base parameters, with the evidence, for the caller to show.
+/// Why there are no base parameters, with the evidence.
 #[derive(Clone, Debug)]
 pub enum UnclearRank {
     /// Some columns are neither clearly independent nor clearly dependent.
@@ -21,7 +21,7 @@ pub enum UnclearRank {
         /// Columns within the gap, with their relative distances.
         doubtful: Vec<(String, f64)>,
     },
-    /// The loops were never found closed.
+    /// No configuration was found in which the loops close.
     NeverCloses(NeverCloses),
     /// The torque of some parameters is no finite number: lengths or angles exceed the range of f64.
     NotFinite {
@@ -46,8 +46,8 @@ pub enum UnclearRank {
         /// Names of the columns that are independent only in the field.
         only_exact: Vec<String>,
     },
-    /// The ranks agree, but at these numbers some columns that the field chooses hardly stand out of the span of the others,
-    /// or some columns that it does not choose stand out.
+    /// The ranks agree, but at these numbers some columns that the field chooses are almost in the span of the others, or some
+    /// columns that it does not choose are too far from it.
     Weak {
         /// The names of these columns, with their relative distances.
         weak: Vec<(String, f64)>,
@@ -67,27 +67,28 @@ pub enum UnclearRank {
     },
 }
 
-/// The remedy for numbers that are almost special.
+/// The remedy if numbers are almost special.
 const WRITE_WHAT_IS_MEANT: &str =
     "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
 
-/// The remedy for numbers that are special by chance or on purpose.
+/// The remedy if numbers are special by chance or on purpose.
 const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at every value: equal lengths or angles as one symbol, \
      a length that follows from others as their expression, gravity along an axis exactly so (in YAML, which `convert` \
      makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
      measured.";
 
-/// The remedy for numbers that are too large.
+/// The remedy if numbers are too large.
 const LOOK_FOR_A_LARGE_ONE: &str = "Look for a length or an angle beyond reason.";
 
-/// The remedy for loops that do not close.
+/// The remedy if the loops do not close.
 const CHECK_LOOPS: &str = "Check the lengths around each loop, and where the search for its passive joints starts.";
 
 /// Largest number of names that a message lists.
 const LISTED_NAMES: usize = 12;
 
 impl UnclearRank {
-    /// The refusal with its evidence. The outcome is "contradicted" where the field has another rank, else "cannot tell".
+    /// The refusal with its evidence, as a claim. The outcome is "contradicted" if the field has another rank, otherwise "cannot
+    /// tell".
     pub fn claim(&self) -> Claim {
         let subject = Subject::of(BASE_PARAMETERS, self.doubtful());
         let outcome = match self {

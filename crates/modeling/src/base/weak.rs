@@ -1,10 +1,9 @@
-//! Columns that are independent, but too weak for every motion.
+//! Finds columns that are independent, but too weak for every motion.
 //!
-//! Where two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only
-//! a or a^2 times their norm. This is not distinguishable from rounding in a double, or from noise in a measurement. The
-//! finite field finds these columns independent; the numeric scan drops them. The scan also drops columns where two lengths
-//! are equal by chance, although for almost every robot these columns are not weak. To distinguish the two cases all numbers
-//! are changed.
+//! If two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only a or a^2
+//! times their norm. This cannot be distinguished from rounding in a double, or from noise in a measurement. The finite field
+//! finds these columns independent; the numeric scan drops them. The scan also drops columns if two lengths are equal by chance,
+//! although these columns are not weak for almost every robot. To distinguish the two cases, all numbers are changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,14 +18,14 @@ use crate::base::regrouping::{Share, Shares};
 use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 
-/// Largest component of a column that a relation may omit, relative to the largest column: a torque to six digits.
+/// Largest component of a column that a relation may omit, relative to the largest column: torques are right to six digits.
 pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
-/// Least ratio of the smallest kept and the largest dropped distance where weak columns are accepted. The columns that are
-/// dropped although the field keeps them are listed by name.
+/// Weak columns are accepted if the smallest kept distance is at least this many times the largest dropped distance. The columns
+/// that are dropped although the field keeps them are listed by name.
 pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// For each `inexact` column the component that its relation omits, at the sampled state where it is largest. It is relative
-/// to the rms of the largest column of the same joint, since a wrist is weaker than a shoulder; the maximum over all joints.
+/// For each `inexact` column, the component that its relation omits: the maximum over all sampled states and joints. For each
+/// joint it is divided by the rms of the largest column of this joint, because a wrist has smaller torques than a shoulder.
 pub(crate) fn left_out(
     sampled: &DMatrix<f64>,
     joints: usize,
@@ -52,16 +51,16 @@ pub(crate) fn left_out(
 
 /// Largest relative change of a length, and of the difference of an angle from the next multiple of pi/12.
 const RELATIVE_CHANGE: f64 = 0.25;
-/// Largest distance of a column that stays weak where all numbers are changed: a hundred times the threshold of the scan,
-/// because the distance grows with the second power of an angle or the fourth of a length.
+/// A column stays weak if its distance is below this value after all numbers are changed. It is a hundred times the threshold of
+/// the scan, because the distance grows with the second power of an angle or the fourth of a length.
 const WEAK_DISTANCE: f64 = 100.0 * INDEPENDENT;
-/// Largest share of the largest column, of a column that stays weak: ten times the bound of a zero column.
+/// The same for the distance relative to the norm of the largest column: ten times the bound of a zero column.
 const WEAK_SHARE: f64 = 1e-8;
 /// Seed of the changes of the numbers.
 const CHANGE_SEED: u64 = 2001;
 
-/// Whether columns that the numeric scan drops stay nearly in the span of the others at other numbers: columns of an angle
-/// that is almost zero do. Columns that coincide by two equal lengths do not. Loops close at few other numbers; there a
+/// Whether columns that the numeric scan drops stay nearly in the span of the others when the robot's numbers change. This holds
+/// if an angle is almost zero, and not if two lengths are equal by chance. Loops close at few other numbers, so with loops a
 /// column is weak if its distance is above rounding.
 pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
     if !robot.passive.is_empty() {

@@ -1,7 +1,7 @@
-//! The rules of all base parameters as text, expanded or nested.
+//! Writes the rules of all base parameters as text, expanded or nested.
 //!
-//! An expanded rule has only standard parameters: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. A nested rule has the
-//! regrouped parameters of the next link: with D_d = sum_c f_dc D_c the rule of a dropped parameter d,
+//! An expanded rule has only standard parameters: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. A nested rule has the regrouped
+//! parameters X^R of the next link. If D_d = sum_c f_dc D_c is the rule of a dropped parameter d,
 //!
 //! ```text
 //! X^R_c = X_c + sum_d f_dc X^R_d
@@ -19,35 +19,35 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// The rules are expanded up to this total number of characters. A humanoid of 44 joints needs a third of it.
+/// Rules are expanded if they have at most this many characters in total. A humanoid of 44 joints needs a third of it.
 const EXPANDED_RULES_CHARACTERS: usize = 200_000;
-/// Largest total number of summands where expanded rules are requested: about 30 MB of text.
+/// Largest total number of summands if expanded rules are requested: about 30 MB of text.
 const MAX_SUMMANDS: usize = 1_000_000;
 
 /// The rules of the base parameters as text.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    /// The rule of each base parameter, in the order of [`crate::BaseParameters::base`]:
-    /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, and `XY2 = XY2` where nothing is absorbed.
+    /// The rule of each base parameter, in the order of [`crate::BaseParameters::base`]: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, or
+    /// `XY2 = XY2` if nothing is absorbed.
     pub base: Vec<String>,
-    /// Nested rules only: the rules of the regrouped parameters that `base` names and that are no base parameters.
+    /// Only for nested rules: the rules of the regrouped parameters that `base` names and that are no base parameters.
     pub regrouped: Vec<String>,
-    /// The coefficient of each term of each base parameter, in the robot's symbols; a number where no closed form was
-    /// found. Empty where the rules are nested.
+    /// The coefficient of each term of each base parameter, in the robot's symbols; a number if no closed form was found. Empty
+    /// if the rules are nested.
     pub coefficients: Vec<Vec<String>>,
 }
 
-/// The data from which rules are written.
+/// The data from which the rules are written.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
     regrouping: Regrouping,
     /// Name of each standard parameter.
     names: Vec<String>,
-    /// The inertial parameter of its link that each standard parameter is.
+    /// Which inertial parameter (XX .. IA) of its link each standard parameter is.
     inertials: Vec<Inertial>,
-    /// The constants of the robot's graph, for their values and names in coefficients.
+    /// A graph with only the constants of the robot, for their values and names in coefficients.
     symbols: Graph,
-    /// Constants that are used at several places ([`crate::kinematics::constants`]).
+    /// Name of a constant -> the names of the places that use it, if there are several ([`crate::kinematics::constants`]).
     places: BTreeMap<String, Vec<String>>,
     /// Link of each standard parameter.
     links: Vec<usize>,
@@ -55,7 +55,7 @@ pub(crate) struct RuleSources {
     labels: Vec<(String, Option<usize>)>,
 }
 
-/// Expanded relations: dropped column -> its kept columns and coefficients.
+/// Relations with every rule substituted: dropped column -> its kept columns and coefficients.
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
@@ -77,7 +77,7 @@ impl RuleSources {
         }
     }
 
-    /// The rules, expanded where they are short, else nested. `kept`: the columns of the base parameters.
+    /// The rules, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
         // A summand has at least five characters, ` + M3`, and two summands may merge into a double angle.
         let expanded = self.expand(EXPANDED_RULES_CHARACTERS / 2).map(|expanded| self.written(&expanded, kept));
@@ -86,12 +86,12 @@ impl RuleSources {
             .unwrap_or_else(|| self.nested(kept))
     }
 
-    /// The rules, expanded independently of their length; `None` above [`MAX_SUMMANDS`] summands.
+    /// The rules, expanded whatever their length; `None` above [`MAX_SUMMANDS`] summands.
     pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Substitutes every rule into the rules that name it; `None` above `most` summands in total.
+    /// Substitutes every rule into the rules that contain its column; `None` above `most` summands in total.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;
@@ -137,7 +137,7 @@ impl RuleSources {
         rules
     }
 
-    /// Nested rules, each naming the regrouped parameters of the next link.
+    /// The nested rules. Each names regrouped parameters of the next link.
     pub(crate) fn nested(&self, kept: &[usize]) -> Rules {
         let direct: Vec<(usize, usize, Beta)> = {
             let tree = self
@@ -205,10 +205,10 @@ impl RuleSources {
     }
 }
 
-/// The names of the constants in a rule.
+/// Gives the constants in a rule their names.
 struct ConstantNames<'a> {
     sources: &'a RuleSources,
-    /// For constants at several places: link -> name of the constant at this link.
+    /// For constants at several places: symbol -> link -> name of the constant at this link.
     own: BTreeMap<u32, BTreeMap<usize, &'a str>>,
 }
 
@@ -232,8 +232,9 @@ impl<'a> ConstantNames<'a> {
         ConstantNames { sources, own: own.collect() }
     }
 
-    /// The names in the coefficient with which the parameter of column `kept` absorbs the parameter of column `dropped`. A
-    /// number at several places gets the name of the place on the path between their links, the outermost one of several.
+    /// The names in the coefficient with which the parameter of column `kept` absorbs the parameter of column `dropped`. A number
+    /// that is used at several places gets the name of the place on the path between the two links, the outermost if there are
+    /// several.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);
@@ -245,7 +246,7 @@ impl<'a> ConstantNames<'a> {
     }
 }
 
-/// The letters of a place, before the label of its link.
+/// The letters of a place; the label of its link follows them.
 const PLACE_LETTERS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 impl Beta {

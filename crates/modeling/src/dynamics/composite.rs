@@ -13,10 +13,10 @@ use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{Vector, ZRotation, add, dot};
 
-/// A rigid body in a link frame, about its origin.
+/// A rigid body in a link frame, about the origin of this frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidBody {
-    /// xx xy xz yy yz zz.
+    /// Inertia matrix: xx xy xz yy yz zz.
     pub inertia: [Expr; 6],
     pub first_moment: Vector,
     pub mass: Expr,
@@ -35,11 +35,11 @@ impl RigidBody {
         }
     }
 
-    /// The body in axes turned back about z.
+    /// The body in axes that are turned back by `turn` about z.
     pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
-        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. Half and quarter turns only exchange
-        // entries.
+        // With c and s of the turn: k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. Half and quarter
+        // turns only exchange entries.
         let (xx, xy, yy) = if turn.sin.is_zero() {
             (xx, xy, yy)
         } else if turn.cos.is_zero() {
@@ -60,7 +60,8 @@ impl RigidBody {
         }
     }
 
-    /// The body in axes turned back about x: the turn about z after a cyclic permutation of the axes.
+    /// The body in axes that are turned back about x: the axes are permuted, so that x becomes z, turned about z and permuted
+    /// back.
     fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         let [x, y, z] = self.first_moment;
@@ -71,7 +72,7 @@ impl RigidBody {
         RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [x, y, z], mass: self.mass }
     }
 
-    /// The body about another origin: p is the vector from the new origin to the old one.
+    /// The body about another origin; p is the vector from the new origin to the old one.
     fn moved(self, g: &mut Graph, p: Vector) -> RigidBody {
         let (s, m) = (self.first_moment, self.mass);
         let mp = p.map(|p| g.mul(m, p));
@@ -107,7 +108,7 @@ impl RigidBody {
         body.moved(g, placement.p)
     }
 
-    /// Khalil's names of a composite body: XXP3, MXP3, MP3.
+    /// Gives the parameters Khalil's names of a composite body: XXP3, MXP3, MP3.
     fn name(&self, g: &mut Graph, label: &str) {
         for (&e, letters) in self.inertia.iter().zip(["XX", "XY", "XZ", "YY", "YZ", "ZZ"]) {
             g.name(e, || format!("{letters}P{label}"));
@@ -118,14 +119,14 @@ impl RigidBody {
         g.name(self.mass, || format!("MP{label}"));
     }
 
-    /// J v.
+    /// J v, with the inertia matrix J.
     pub(crate) fn times(self, g: &mut Graph, v: Vector) -> Vector {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| dot(g, row, v))
     }
 }
 
-/// The composite body of every link.
+/// The composite body of every link, in the frame of the link.
 pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<RigidBody> {
     let mut bodies: Vec<RigidBody> = robot.link_ids().map(|j| RigidBody::new(x.body(j))).collect();
     for j in robot.link_ids().rev() {

@@ -7,16 +7,16 @@
 //! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
 //! by dq_i   W = z       A = 2 w x z   a_0 = 2 v x z                revolute; prismatic W = A = 0, a_0 = 2 w x z
 //! ```
-//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]). Force and moment on the composite body of link j
-//! change by I_j (A, a_0) + 2 B_j(W) ([`crate::dynamics::momenta`]). For j = i this wrench is transformed inward to every
-//! k before i; in the derivative by q_i the present force and moment of link i also turn with it. For j behind i only the
-//! component along z_j is needed: the row of I_j along z_j, which is the unit wrench of the inertia matrix, and the row of
-//! B_j are transformed inward to i. The result equals [Singh, Russell, Wensing 2022], with classical accelerations.
+//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]). Force and moment on the composite body of link j change by
+//! I_j (A, a_0) + 2 B_j(W) ([`crate::dynamics::momenta`]). For j = i this wrench is transformed inward to every k before i; in
+//! the derivative by q_i the present force and moment of link i also turn with joint i. For j after i only the component along
+//! z_j is needed: the row of I_j along z_j, which is the unit wrench of the inertia matrix, and the row of B_j are transformed
+//! inward to i. The result equals [Singh, Russell, Wensing 2022], with classical accelerations.
 //!
 //! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.
 //!
-//! Where loops are solved numerically, the graph of the torques is differentiated instead.
+//! If loops are solved numerically, the graph of the torques is differentiated instead.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::{JointKind, LinkId};
@@ -34,7 +34,7 @@ use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, along_ax
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
-/// n x n derivatives, row by row: of the torques by q, and by dq.
+/// The derivatives of the torques by q and by dq: each n x n, row by row.
 struct Derivatives {
     by_q: Vec<Expr>,
     by_dq: Vec<Expr>,
@@ -105,7 +105,7 @@ fn square(name: &str, entries: Vec<Expr>) -> Output {
     Output { name: name.into(), rows: n, columns: n, entries }
 }
 
-/// The derivatives of entries by each coordinate, or by its rate, row by row. Passive coordinates follow by G.
+/// The derivatives of `entries` by each coordinate (or by its rate), row by row. Passive coordinates change by G dq.
 fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
     let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
     let n = robot.n_coordinates();
@@ -121,7 +121,7 @@ fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Ve
     (0..entries.len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
 }
 
-/// The derivatives for `scale` 2. For `scale` 1, `by_dq` is half the derivative, which is C, and `by_q` is meaningless.
+/// With `scale` 2, the derivatives. With `scale` 1, `by_dq` is half of the derivative, which is C, and `by_q` has no meaning.
 fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs, scale: f64) -> Derivatives {
     if derivation.implicit.is_some() {
         let tau = torque::entries(derivation, links, x);
@@ -131,7 +131,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         return Derivatives { by_q, by_dq: by_dq.into_iter().map(|entry| g.mul(share, entry)).collect() };
     }
     let Derivation { robot, graph: g, motion, constants, .. } = derivation;
-    // Factor of all velocities in the field 2 W x v: 2 for derivatives, 1 for C.
+    // The factor of all velocities in the field 2 W x v: 2 for derivatives, 1 for C.
     let scale = g.constant(scale);
     let w: Vec<Vector> = links.iter().map(|link| link.w.map(|w| g.mul(scale, w))).collect();
     let rates: Vec<Expr> = motion.dq.iter().map(|&rate| g.mul(scale, rate)).collect();
@@ -148,7 +148,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
             continue;
         }
         let CompositeBody { body, momenta: of_link, wrench } = &wholes[j.0];
-        // The wrench of a change of joint j on all joints before it.
+        // The wrench that a change of joint j causes on all joints before it.
         let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
         let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
@@ -195,7 +195,7 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench that moves with its joint: z x f and z x n for a revolute joint, the moment z x f for a prismatic
+/// The change of a wrench that turns with its joint: z x f and z x n for a revolute joint, the moment z x f for a prismatic
 /// joint.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
@@ -213,14 +213,14 @@ struct AccelerationField {
     a_0: Vector,
 }
 
-/// The changes of the field by the coordinate of a joint, and by its rate.
+/// The changes of the acceleration field by the variable of a joint, and by its rate.
 struct Change {
     by_q: AccelerationField,
     by_dq: AccelerationField,
 }
 
 impl Change {
-    /// The changes in the axes of the link's run; `scale` is the factor of the velocities.
+    /// The changes, in the axes of the link's run; `scale` is the factor of the velocities.
     fn new(g: &mut Graph, kind: JointKind, link: &InRun, scale: Expr) -> Change {
         let ([wx, wy, _], v) = (link.w, link.v);
         let u_z = link.U.map(|row| row[2]);

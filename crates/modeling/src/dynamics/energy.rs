@@ -46,7 +46,7 @@ impl Derivation<'_> {
     }
 }
 
-/// Kinetic and potential energy per unit of each standard parameter.
+/// Kinetic and potential energy per unit of each standard parameter, as [kinetic, potential].
 fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
     let parameters = StandardParameter::all(derivation.robot);
     let weights = weights(derivation);

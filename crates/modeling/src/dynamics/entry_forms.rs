@@ -1,12 +1,12 @@
-//! The alternative forms of the entries of first moments and masses, z_jk . n + d_jk . f. The forms with the smallest total
-//! number of operations are chosen.
+//! Chooses the forms of the regressor's entries for first moments and masses, z_jk . n + d_jk . f, so that all entries together
+//! take the fewest operations.
 //!
 //! ```text
 //! by the twist                   z . n + d . f      d of every coordinate is transformed outward
 //! about an axis intersection     z . (n + c x f)    axes through one point share c and the moment about it
 //! ```
-//! [`crate::kinematics::poles`] finds the points. For a shoulder of three axes the shared moment saves operations. For two
-//! axes it depends on the joints between the intersection and the link.
+//! [`crate::kinematics::axis_intersections`] finds the points. For a shoulder of three axes the shared moment saves operations.
+//! For two axes this depends on the joints between the intersection and the link.
 
 use expr::{Expr, FormChange, Graph, fewest_operations};
 use robot::LinkId;
@@ -14,7 +14,7 @@ use robot::LinkId;
 use crate::kinematics::links::{LinkMotion, Twist};
 use crate::kinematics::vector::{Vector, dot, plus_cross, plus_dot};
 
-/// A parameter's column and its unit wrench.
+/// The column of a parameter: its index, its link, and force f and moment n on this link per unit of the parameter.
 pub(crate) struct WrenchColumn {
     pub place: usize,
     pub link: LinkId,
@@ -27,22 +27,22 @@ pub(crate) struct WrenchColumn {
 enum FormGroup {
     /// All entries about the axis intersections whose first axis belongs to this link.
     Pole(LinkId),
-    /// The entries of the first link about the axis intersection whose first axis belongs to the second link.
+    /// The entries in columns of the first link, about the axis intersection whose first axis belongs to the second link.
     AtLink(LinkId, LinkId),
 }
 
-/// The entries with their alternative forms.
+/// The entries, their alternative forms, and the changes to try.
 #[derive(Default)]
 struct Choices {
-    /// Row and column.
+    /// Row and column of each entry.
     places: Vec<(usize, usize)>,
     forms: Vec<Vec<Expr>>,
     start: Vec<usize>,
     groups: std::collections::BTreeMap<FormGroup, Vec<FormChange>>,
 }
 
-/// The entries of the columns as (row, column, entry), in the forms with the fewest operations; `fixed` are expressions that
-/// are needed in any case.
+/// (row, column, entry) of all entries of the columns, in the forms with the fewest operations; `fixed`: expressions that are
+/// needed in any case.
 pub(crate) fn fewest(
     g: &mut Graph,
     links: &[LinkMotion],
@@ -54,7 +54,7 @@ pub(crate) fn fewest(
         choices.add(g, links, column);
     }
     let Choices { places, forms: ways, start, groups } = choices;
-    // Moves to try: all entries of an axis intersection back to the twist form; then link by link, back and forth.
+    // The changes to try: all entries of an axis intersection back to the twist form; then link by link, back and forth.
     let mut moves: Vec<Vec<FormChange>> = Vec::new();
     for (group, entries) in &groups {
         let back = entries.iter().map(|&(entry, _)| (entry, 0)).collect();
@@ -70,7 +70,7 @@ pub(crate) fn fewest(
 impl Choices {
     fn add(&mut self, g: &mut Graph, links: &[LinkMotion], column: &WrenchColumn) {
         let (j, link) = (column.link, &links[column.link.0]);
-        // By the twist.
+        // The form by the twist.
         let mut entry_of = vec![None; link.jacobian.len()];
         for (k, twist) in link.jacobian.iter().enumerate() {
             let Some(Twist { z, d }) = *twist else { continue };
@@ -80,7 +80,7 @@ impl Choices {
             self.forms.push(vec![plus_dot(g, angular, d, column.f)]);
             self.start.push(0);
         }
-        // About axis intersections.
+        // The form about an axis intersection.
         for (p, pole) in link.poles.all.iter().enumerate() {
             let about = plus_cross(g, column.n, pole.lever, column.f);
             for k in (0..entry_of.len()).filter(|&k| link.poles.of[k] == Some(p)) {
@@ -106,7 +106,7 @@ mod tests {
     use expr::{Function, Output, Tape};
     use random::SplitMix;
 
-    /// At a random state both forms of an entry have one value. The Stanford arm has a prismatic joint between axis
+    /// At a random state, both forms of an entry have the same value. The Stanford arm has a prismatic joint between axis
     /// intersection and link.
     #[test]
     fn both_ways_give_the_same_entry() {

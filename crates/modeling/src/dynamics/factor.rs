@@ -1,10 +1,10 @@
-//! L D L^T of a symmetric matrix, written out [Cholesky]. The inertia matrix is positive definite for physical
-//! parameters, so that no pivot vanishes. Each pivot is inverted once and its inverse multiplies, since a division takes
-//! about as long as ten products.
+//! The factors L D L^T of a symmetric matrix, as expressions [Cholesky]. The inertia matrix is positive definite for physical
+//! parameters, so no pivot is zero. Each pivot is inverted once and its inverse multiplies, because a division takes about as
+//! long as ten products.
 
 use expr::{Expr, Graph};
 
-/// A factored matrix. Its rows and columns are in reverse order: a link comes before the links that carry it. Eliminating
+/// A factored matrix. Its rows and columns are in reverse order, so that a link comes before the links that carry it. Eliminating
 /// the carried links first preserves the zeros between branches of a tree [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
@@ -13,7 +13,7 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
-    /// Factors `a`, n x n, row by row.
+    /// Factors the symmetric matrix `a`, n x n, row by row.
     pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
         a.reverse();
         // Column by column, L^T replaces A above the diagonal, and D on it.
@@ -37,12 +37,12 @@ impl Factor {
         Factor { n, a }
     }
 
-    /// L^T at (c, r) with c < r, which is L at (r, c).
+    /// The entry of L at (r, c), r > c. It is stored as the entry of L^T at (c, r).
     fn l(&self, r: usize, c: usize) -> Expr {
         self.a[c * self.n + r]
     }
 
-    /// x with A x = right.
+    /// The solution x of A x = right.
     pub(crate) fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
         right.reverse();
         let mut x = self.solve_reversed(g, right);
@@ -93,7 +93,7 @@ impl Factor {
     }
 }
 
-/// x / pivot; the graph holds the inverse of a pivot once.
+/// x / pivot, as x times the inverse; the graph holds the inverse of each pivot once.
 fn over(g: &mut Graph, x: Expr, pivot: Expr) -> Expr {
     let inverse = g.div(Expr::ONE, pivot);
     g.mul(x, inverse)

@@ -1,4 +1,4 @@
-//! The accelerations from the torques: ddq = A(q)^-1 (tau - h(q, dq)).
+//! The accelerations that follow from the torques: ddq = A(q)^-1 (tau - h(q, dq)).
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 

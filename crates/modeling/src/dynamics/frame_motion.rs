@@ -3,8 +3,8 @@
 //! ```text
 //! v_f = v_j + w_j x p,   a_f = a_j + U_j p        p = p_jf, without gravity
 //! ```
-//! in the axes of the frame itself, of the base, or of another link. The acceleration at ddq = 0 is (dJ/dt) dq for the
-//! Jacobian in the axes of the base; in other axes it has the components of this vector.
+//! The results are in the axes of the frame itself, of the base, or of another link. The acceleration at ddq = 0 is (dJ/dt) dq,
+//! with the Jacobian J in the axes of the base; in other axes it is the same vector with other components.
 
 use expr::{Expr, Function, Output};
 
@@ -17,7 +17,7 @@ use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
 impl Derivation<'_> {
     /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s: inputs `q`, `dq`, output `v` (6), in the axes of
-    /// the frame or of a reference.
+    /// `reference`, or of the frame itself if there is no reference.
     pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -33,8 +33,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2: inputs `q`, `dq`, `ddq`, output `a`
-    /// (6), in the axes of the frame or of a reference.
+    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2: inputs `q`, `dq`, `ddq`, output `a` (6),
+    /// in the axes of `reference`, or of the frame itself if there is no reference.
     pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let moving = self.motion.clone();
@@ -44,7 +44,7 @@ impl Derivation<'_> {
         Function::new(&(frame.function("acceleration") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// The acceleration at ddq = 0, which is (dJ/dt) dq for J in the axes of the base: inputs `q`, `dq`, output `a` (6).
+    /// The acceleration at ddq = 0, which is (dJ/dt) dq with J in the axes of the base: inputs `q`, `dq`, output `a` (6).
     pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let coasting = self.coasting();
@@ -72,7 +72,7 @@ fn accelerations(
     expressed(derivation, [a, dw], frame, reference)
 }
 
-/// Two vectors, given in the axes of the link, in the axes of the frame or of the reference.
+/// Two vectors that are given in the axes of the link, in the axes of the reference or, without one, of the frame.
 fn expressed(
     derivation: &mut Derivation,
     vectors: [Vector; 2],

@@ -3,7 +3,7 @@
 //! ```text
 //! tau_f,k = FV_k dq_k + FS_k sign(dq_k) + OFF_k
 //! ```
-//! The sign is an input: the caller decides its value at rest, and the function stays smooth.
+//! The sign is an input: the caller decides its value at rest, and the function is smooth in its inputs.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 

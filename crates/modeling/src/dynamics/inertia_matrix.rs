@@ -1,12 +1,12 @@
 //! The inertia matrix, by composite bodies.
 //!
-//! A unit acceleration of joint j alone acts on the composite body of its link with the wrench
+//! A unit acceleration of joint j alone requires this wrench on the composite body of link j:
 //!
 //! ```text
 //! f = z x MS (revolute) or M z (prismatic),   n = J z or MS x z
 //! ```
-//! at O_j. Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. Where joints
-//! follow the coordinates, A of the coordinates is C^T A C with C = d(joints)/d(coordinates).
+//! at O_j. Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. If joints follow coordinates, the
+//! inertia matrix of the coordinates is C^T A C with C = d(joint variables)/d(coordinates).
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -55,14 +55,14 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
         }
     }
     let Some(implicit) = implicit else { return a };
-    // [1 G^T] A [1; G]: the rows, then, A being symmetric, the columns.
+    // [1 G^T] A [1; G] with dq_p = G dq: first the rows, then the columns. Both steps are equal, because A is symmetric.
     let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
     let half = reduced(g, &implicit.G, &rows);
     let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();
     reduced(g, &implicit.G, &transposed).concat()
 }
 
-/// Adds A_kj = A_jk of two joints to the entries of the coordinates that they follow.
+/// Adds A_kj = A_jk of two joints to the entries of the coordinates that these joints follow.
 fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_variables();
     let terms = |link: LinkId| &robot.link(link).joint.variable.terms;
@@ -78,7 +78,7 @@ fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, Lin
     }
 }
 
-/// Force and moment at O_j, in frame j, on a body with a unit acceleration of joint j.
+/// Force and moment at O_j, in frame j, that give the body a unit acceleration of joint j.
 pub(crate) fn unit_wrench(g: &mut Graph, body: RigidBody, kind: JointKind) -> (Vector, Vector) {
     let [mx, my, _] = body.first_moment;
     match kind {

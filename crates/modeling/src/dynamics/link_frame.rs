@@ -9,9 +9,9 @@ pub struct LinkFrame {
     pub link: LinkId,
     /// The pose of the frame in the frame of the link.
     pub pose: Pose,
-    /// The name that the functions of the frame contain; empty for a frame without a name.
+    /// The name of the frame, a part of the names of its functions; empty for a frame without a name.
     pub name: String,
-    /// Whether it is a frame of the robot's file; else it is Khalil's frame of the link.
+    /// Whether it is a frame of the robot's file; otherwise it is Khalil's frame of the link.
     pub is_files: bool,
 }
 
@@ -22,8 +22,8 @@ impl From<LinkId> for LinkFrame {
 }
 
 impl LinkFrame {
-    /// The frame with this name: for a URDF the frame of a link in the URDF, also of a fixed link; for other files the link
-    /// with this name, joint name or label. `None` where the robot has no such frame.
+    /// The frame with this name. For a URDF, it is the frame of a link in the URDF, also of a fixed link; for other files, the
+    /// frame of the link with this name, joint name or label. `None` if the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
         let of_file = robot.link_ids().find_map(|link| {
             let (_, pose) = robot.link(link).frames.iter().find(|(frame, _)| frame == name)?;
@@ -51,7 +51,7 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// The kind of the frame, for the reader of a generated file.
+    /// A text for the reader of a generated file: which kind of frame it is.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",
@@ -59,7 +59,7 @@ impl LinkFrame {
         }
     }
 
-    /// The name of a function of this kind about the frame.
+    /// The name of the function `kind` of this frame, such as `pose_tool`.
     pub fn function(&self, kind: &str) -> String {
         let word: String =
             self.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

@@ -3,10 +3,10 @@
 //! ```text
 //! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
 //! ```
-//! MS_0 and M_0 are first moment and mass of all links together about the base origin. (f_k, n_k) is the momentum of the
+//! MS_0 and M_0 are the first moment and the mass of all links together, about the base origin. (f_k, n_k) is the momentum of the
 //! bodies that coordinate k moves, per unit of dq_k and about this origin: the unit wrench of
-//! [`crate::dynamics::inertia_matrix`]. All in the axes of the base. The masses of all links are needed, which are not
-//! identifiable from torques; the base itself and rotors are not counted.
+//! [`crate::dynamics::inertia_matrix`]. All vectors are in the axes of the base. The masses of all links are needed; they are not
+//! identifiable from torques. The base itself and rotors are not counted.
 
 use expr::{Expr, Function, Graph, Output};
 
@@ -63,9 +63,9 @@ impl Derivation<'_> {
 /// Mass, centre of mass and momenta of all links together.
 struct AllLinks {
     mass: Expr,
-    /// In the base frame.
+    /// Centre of mass in the base frame, m.
     centre: Vector,
-    /// Momentum, and angular momentum about the base's origin, per unit of the rate of each coordinate.
+    /// For each coordinate, per unit of its rate: momentum, then angular momentum about the base's origin (6 entries).
     momenta: Vec<Vec<Expr>>,
 }
 

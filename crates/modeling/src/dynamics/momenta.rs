@@ -1,16 +1,16 @@
-//! First moments of momentum of a rigid body: the effect of its velocities when its motion changes.
+//! First moments of the momentum of a rigid body. They give the change of force and moment when the velocities change.
 //!
-//! With r from O_j to a point of mass m and v its velocity, sums over a body,
+//! Let r be the vector from O_j to a point of mass m, and v the velocity of this point. Summed over a body,
 //!
 //! ```text
 //! h = sum m v,   E = sum m r v^T = MS v_O^T + [w x S_a]_a,   S = 1/2 tr(J) 1 - J   (row a of S is S_a)
 //! ```
-//! A change of angular velocity by W adds 2 B(W) to force and moment, where
+//! A change of the angular velocity by W adds 2 B(W) to force and moment, where
 //!
 //! ```text
 //! B(W) = (sum m W x v, sum m r x (W x v)) = (W x h, tr(E) W - E^T W)
 //! ```
-//! B is the factor of [Echeandia, Wensing 2021] in 9 + 3 numbers (E and h) instead of a matrix of 36.
+//! B is the factor of [Echeandia, Wensing 2021], as 9 + 3 numbers (E and h) instead of a matrix of 36.
 
 use expr::{Expr, Graph};
 use robot::Robot;
@@ -19,11 +19,11 @@ use crate::dynamics::composite::RigidBody;
 use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross};
 
-/// Momentum h and its first moment E about a point.
+/// Momentum h of a body, and the first moment E of the momentum about a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Momenta {
     pub h: Vector,
-    /// Row by row.
+    /// E, row by row.
     pub E: [Vector; 3],
 }
 
@@ -47,10 +47,10 @@ impl Momenta {
         Momenta { h: add(g, moved, turned), E }
     }
 
-    /// The momenta in axes turned back about z.
+    /// The momenta in axes that are turned back about z by `turn`.
     pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
-        // k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
+        // With c, s of the turn: k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
         let (xx, xy, yx, yy) = if turn.sin.is_zero() {
             (xx, xy, yx, yy)
         } else if turn.cos.is_zero() {
@@ -67,7 +67,8 @@ impl Momenta {
         Momenta { h: turn.unturned(g, self.h), E: [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] }
     }
 
-    /// The momenta in axes turned back about x: the turn about z after a cyclic permutation of the axes.
+    /// The momenta in axes that are turned back about x: the axes are permuted so that x becomes z, turned about z, permuted
+    /// back.
     fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let next = |v: Vector| [v[1], v[2], v[0]];
         let back = |v: Vector| [v[2], v[0], v[1]];
@@ -77,7 +78,7 @@ impl Momenta {
         Momenta { h: back(turned.h), E: [x, y, z] }
     }
 
-    /// The momenta in the frame of the antecedent, about its origin: E + p h^T.
+    /// The momenta in the frame of the antecedent, about the antecedent's origin: E becomes E + p h^T.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
         let turned = self.unturned(g, placement.theta);
         let turned = turned.unturned_about_x(g, placement.alpha);
@@ -94,7 +95,7 @@ impl Momenta {
         Momenta { h: add(g, self.h, b.h), E: [0, 1, 2].map(|a| add(g, self.E[a], b.E[a])) }
     }
 
-    /// Force and moment of B(W).
+    /// Force and moment B(W).
     pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
         let E = &self.E;
         let n = [0, 1, 2].map(|a| {
@@ -107,7 +108,7 @@ impl Momenta {
         (cross(g, W, self.h), n)
     }
 
-    /// The row u with u . W the moment of B(W) about z, or with `is_force` the force of B(W) along z.
+    /// The row u for which u . W is the moment of B(W) about z, or with `is_force` the force of B(W) along z.
     pub(crate) fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
         let E = &self.E;
         if is_force { [self.h[1], -self.h[0], Expr::ZERO] } else { [-E[0][2], -E[1][2], g.add(E[0][0], E[1][1])] }

@@ -4,8 +4,8 @@
 //! ```text
 //! h = M v + w x MS,   L = J w + MS x v       p_j = z . L (revolute) or z . h (prismatic) + IA dq_j
 //! ```
-//! h and L of each link are transformed inward and added up. For the regressor, h and L of each link are contracted with the
-//! twists of the coordinates, as in [`crate::dynamics::regressor`].
+//! h and L of each link are transformed inward and added up. For the regressor, h and L of each link are multiplied by the twists
+//! of the coordinates, as in [`crate::dynamics::regressor`].
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -69,7 +69,7 @@ impl Derivation<'_> {
         let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
         let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
         for (c, parameter) in parameters.iter().enumerate() {
-            // A column: IA of a rotor, or h and L per unit of the parameter.
+            // One column: IA of a rotor, or h and L per unit of the parameter.
             let (link, at) = (robot.link(parameter.link), &links[parameter.link.0]);
             if parameter.inertial == Inertial::Ia {
                 let rate = joint_variable(g, link, &motion.dq);
@@ -97,7 +97,7 @@ impl Derivation<'_> {
     }
 }
 
-/// h and L per unit of one inertial parameter.
+/// Momentum h and angular momentum L about O_j, per unit of one inertial parameter.
 fn unit_momentum(g: &mut Graph, w: Vector, v: Vector, parameter: Inertial) -> [Vector; 2] {
     let [x, y, z] = w;
     let o = Expr::ZERO;

@@ -37,7 +37,7 @@ impl Derivation<'_> {
         Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
     }
 
-    /// Pose of a frame in a reference frame: input `q`, output `t` (3 x 4).
+    /// Pose of a frame in a reference frame: input `q`, output `t` (3 x 4), rotation and position in m.
     pub fn pose_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -63,8 +63,8 @@ impl Derivation<'_> {
         jacobian(self, &frame.into(), Some(reference))
     }
 
-    /// Jacobian of a point fixed to a frame, in the axes of the frame or of a reference: inputs `q`, `point` (3, m, in the
-    /// frame), output `j` (6 x n).
+    /// Jacobian of a point that is fixed to a frame: inputs `q`, `point` (3, m, in the frame), output `j` (6 x n), in the axes of
+    /// `reference`, or of the frame itself if there is no reference.
     pub fn point_jacobian(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let g = &mut self.graph;
@@ -82,7 +82,7 @@ impl Derivation<'_> {
         Function::new(&name, &self.graph, inputs, vec![output])
     }
 
-    /// Torques of a wrench: inputs `q`, `wrench` (force, then moment about the frame's origin, that the link exerts on
+    /// Torques that balance a wrench: inputs `q`, `wrench` (force, then moment about the frame's origin, that the link exerts on
     /// the environment, in the axes of the frame), output `tau`.
     pub fn external_torque(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
@@ -115,8 +115,8 @@ fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&R
     Function::new(&name, &derivation.graph, derivation.motion.configuration(), vec![output])
 }
 
-/// Velocity of the point p of the link, given in the link's frame, and angular velocity: in the axes of the frame, or of
-/// the reference, per unit of each coordinate's rate.
+/// Velocity of a point of the link (p: the point in the link's frame), then angular velocity, per unit rate of each coordinate,
+/// in the axes of the reference or, without one, of the frame. 6 rows.
 pub(crate) fn jacobian_rows(
     derivation: &mut Derivation,
     frame: &LinkFrame,

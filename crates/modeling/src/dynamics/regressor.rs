@@ -55,13 +55,13 @@ fn entries(derivation: &mut Derivation) -> Vec<Expr> {
     entries
 }
 
-/// The entries of D for these link motions.
+/// The entries of D for given link motions, row by row.
 pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> Vec<Expr> {
     let Derivation { robot, graph: g, implicit, .. } = derivation;
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
-    // First moments in a first step, then masses and MZ, which trees drop from the base parameters.
+    // The forms are chosen first for MX and MY, then for MZ and M, which are no base parameters in most trees.
     let (mut moments, mut masses) = (Vec::new(), Vec::new());
     for (place, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
@@ -97,7 +97,7 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
     }
 }
 
-/// Force and moment at O_j per unit of one inertial parameter.
+/// Force f and moment n at O_j per unit of one inertial parameter.
 struct Wrench {
     f: Vector,
     n: Vector,

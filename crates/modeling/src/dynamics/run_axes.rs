@@ -1,16 +1,17 @@
-//! Common axes for the links of a run, and each link with all links that it carries in these axes.
+//! Common axes for the links of a run, in which each link and each composite body are expressed.
 //!
-//! Links on parallel axes are a run ([`crate::kinematics::links`]). The axes of a run turn with the antecedent of the run and
-//! not with its joints. So no rotation is needed from one link of the run to the next, and from the first link to the
-//! antecedent only the rotation by alpha, most often a right angle. Each link is placed in these axes by one turn about z:
+//! Consecutive links on parallel axes are a run ([`crate::kinematics::links`]). The axes of a run turn with the antecedent of the
+//! run and not with its joints. So no rotation is needed from one link of the run to the next; from the first link to the
+//! antecedent, only the rotation by alpha is needed, most often by a right angle. Each link is placed in these axes by one turn
+//! about z:
 //!
 //! ```text
 //! v = Rz(psi_k) v_k,   psi_k = sum of theta over the run up to k      v in the axes of the run, v_k in the link's
 //! ```
 //! A run on the base has no antecedent; it uses the axes of its last link instead, psi_k -> psi_k - psi_last.
 //!
-//! The body of link k is summed in two steps. In the link's own axes, where its ten parameters are constant, the runs that
-//! begin on it are added. Then the sum is turned once, and in the axes of the run the next links of the run are added.
+//! The composite body of link k is summed in two steps. In the link's own axes, where its ten parameters are constant, the runs
+//! that begin on it are added. Then the sum is turned once, and in the axes of the run the next links of the run are added.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, LinkId, Robot};
@@ -30,15 +31,15 @@ pub(crate) struct InRun {
     psi: ZRotation,
     /// Whether the link begins a run.
     begins: bool,
-    /// The placement of the link in its antecedent: in the antecedent's own axes where the link begins a run, else in the axes
+    /// The placement of the link in its antecedent: in the antecedent's own axes if the link begins a run, otherwise in the axes
     /// of the run.
     placement: Placement,
     pub w: Vector,
-    /// Acceleration of O_k minus g.
+    /// Acceleration of O_k minus g, in the axes of the run.
     pub a: Vector,
     /// [dw]x + [w]x^2, row by row.
     pub U: [Vector; 3],
-    /// Velocity of O_k, times the scale of the velocities.
+    /// Velocity of O_k in the axes of the run, times the scale of the velocities.
     pub v: Vector,
     /// v in the axes of the link.
     own_v: Vector,
@@ -50,9 +51,9 @@ pub(crate) struct InRun {
 #[derive(Clone, Copy)]
 pub(crate) struct CompositeBody {
     pub body: RigidBody,
-    /// The momenta of the velocities times their scale.
+    /// The momenta, with velocities that are multiplied by their scale.
     pub momenta: Momenta,
-    /// Force and moment that move the bodies, about the origin of the link.
+    /// Force and moment about the origin of the link that give the bodies their motion.
     pub wrench: [Vector; 2],
 }
 
@@ -62,13 +63,13 @@ impl CompositeBody {
         CompositeBody { body: self.body.plus(g, b.body), momenta: self.momenta.plus(g, b.momenta), wrench }
     }
 
-    /// All quantities in axes turned back about z.
+    /// All quantities in axes that are turned back about z by `turn`.
     fn unturned(self, g: &mut Graph, turn: ZRotation) -> CompositeBody {
         let wrench = self.wrench.map(|v| turn.unturned(g, v));
         CompositeBody { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
     }
 
-    /// All quantities in the axes, and about the origin, of the frame in which the placement is given.
+    /// All quantities in the axes of the antecedent's frame, and about its origin; `placement` is the pose of this frame there.
     fn carried(self, g: &mut Graph, placement: &Placement) -> CompositeBody {
         CompositeBody {
             body: self.body.carried(g, placement),
@@ -79,7 +80,7 @@ impl CompositeBody {
 }
 
 impl InRun {
-    /// A vector given in the axes of this run, in the axes of the antecedent's run.
+    /// `v`, which is given in the axes of this run, in the axes of the antecedent's run.
     pub(crate) fn inward(&self, g: &mut Graph, before: &InRun, v: Vector) -> Vector {
         let v = self.placement.to_antecedent(g, v);
         if self.begins { before.psi.unturned(g, v) } else { v }
@@ -154,7 +155,7 @@ pub(crate) fn in_runs(
     all
 }
 
-/// The angle of the axes of each link's run relative to the start of the run: zero, but psi_last for a run on the base.
+/// The angle of the axes of each link's run, relative to the start of the run: zero, except psi_last for a run on the base.
 fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     // The link that begins the run of each link.
     let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
@@ -178,7 +179,7 @@ fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
     robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
 }
 
-/// Every link together with all links that it carries, about its origin, in the axes of its run.
+/// The composite body of every link, about the link's origin, in the axes of its run.
 pub(crate) fn wholes(
     g: &mut Graph,
     robot: &Robot,
@@ -186,7 +187,7 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First in the links' own axes, then in the axes of the run.
+    // First the own bodies in the links' own axes, then the sums in the axes of the run.
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

@@ -1,8 +1,8 @@
 //! The regressor of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
 //! Christoffel's C.
 //!
-//! It is the regressor of the torques for a motion with polarised products ([`crate::kinematics::polar`]). Where loops are
-//! solved numerically, half of the derivative of D(q, dq, 0) along dq_r replaces these products.
+//! It is the regressor of the torques for a motion with polarised products ([`crate::kinematics::polar`]). If loops are solved
+//! numerically, half of the derivative of D(q, dq, 0) along dq_r replaces these products.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 

@@ -46,7 +46,7 @@ impl Derivation<'_> {
     }
 }
 
-/// tau(q, dq, ddq, x).
+/// The function tau(q, dq, ddq, x), under this name.
 fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
     let links = std::mem::take(&mut derivation.links);
     let tau = entries(derivation, &links, x);
@@ -56,7 +56,7 @@ fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Funct
     Function::new(name, &derivation.graph, inputs, vec![output])
 }
 
-/// The entries of tau for these link motions.
+/// The entries of tau for given link motions.
 pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
     let Derivation { robot, graph: g, implicit, .. } = derivation;
     let mut tau = vec![Expr::ZERO; robot.n_variables()];
@@ -75,7 +75,7 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     }
 }
 
-/// Force and moment at O_j, in frame j, that move link j and all links that it carries.
+/// Force and moment at O_j, in frame j, that give link j and all links that it carries their motion.
 pub(crate) fn wrenches(
     g: &mut Graph,
     robot: &Robot,

@@ -1,14 +1,14 @@
 //! Angles as integer combinations of symbols and quarter turns, and their sines and cosines.
 //!
-//! cos and sin of a sum are expanded, so that a graph has only cosines and sines of symbols. Parallel axes
-//! share common sums, an angle q3 - DEL with a constant DEL costs two products, and the
-//! graph can also be evaluated where a sine is not a function (a finite field).
+//! cos and sin of a sum are expanded, so that a graph has only cosines and sines of symbols. Then parallel axes share common
+//! sums, an angle q3 - DEL with a constant DEL costs two products, and the graph can also be evaluated in a finite field, where a
+//! sine is not a function of a number.
 
 use expr::{Expr, Graph, Node};
 
 use crate::kinematics::vector::ZRotation;
 
-/// quarter_turns pi/2 + sum n_i symbol_i.
+/// The angle quarter_turns pi/2 + sum n_i symbol_i.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Angle {
     /// Quarter turns, pi/2 each.
@@ -61,7 +61,7 @@ impl Angle {
         }
     }
 
-    /// Cosine and sine; exact zeros and ones for quarter turns.
+    /// Cosine and sine of the angle; they are exactly zero or one for quarter turns.
     pub fn turn(&self, g: &mut Graph) -> ZRotation {
         let mut turn = match self.quarter_turns.rem_euclid(4) {
             0 => ZRotation { cos: Expr::ONE, sin: Expr::ZERO },
@@ -82,8 +82,8 @@ impl Angle {
     }
 }
 
-/// Names cosine and sine of q2 + q3 C23 and S23, of q2 - q3 C2m3 and S2m3, independently of added quarter turns.
-/// `name` is the name behind the letter so far.
+/// Gives cosine and sine of a sum of symbols their names: C23 and S23 for q2 + q3, C2m3 and S2m3 for q2 - q3, whatever quarter
+/// turns are added. `name`: the name so far, without the letter; the symbol is appended to it.
 fn name_turn(g: &mut Graph, turn: ZRotation, quarter_turns: i64, (symbol, n): (Expr, i64), name: &mut String) {
     if !g.keeps_names() {
         return;

@@ -1,6 +1,7 @@
-//! The angular motion of a link: dw, w w^T and U = [dw]x + [w]x^2, with as few operations as its joint allows.
+//! The angular motion of a link: dw, w w^T and U = [dw]x + [w]x^2, with as few operations as its joint allows. w: angular
+//! velocity, dw: angular acceleration.
 //!
-//! U z is the second derivative of the unit vector z along the joint's axis. The axis is fixed in the antecedent too, so U z
+//! U z is the second derivative of the unit vector z along the joint axis. The axis is also fixed in the antecedent, so U z
 //! follows from the antecedent's U and is only rotated with the joint:
 //!
 //! ```text
@@ -12,20 +13,20 @@ use expr::{Expr, Graph};
 
 use crate::kinematics::vector::{Vector, ZRotation};
 
-/// U z of an axis along z, in axes before the rotation of the joint.
+/// The bend U z of a joint axis z, in axes before the rotation of the joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend {
     pub x: Expr,
     pub y: Expr,
-    /// w_x^2 + w_y^2, where the antecedent has it; `None` where two squares must be computed.
+    /// w_x^2 + w_y^2 if it follows from the antecedent's U; `None` if two squares must be computed.
     pub across: Option<Expr>,
 }
 
 impl Bend {
-    /// U z = 0 of an axis at rest.
+    /// The bend of an axis at rest, U z = 0.
     pub(crate) const STILL: Bend = Bend { x: Expr::ZERO, y: Expr::ZERO, across: Some(Expr::ZERO) };
 
-    /// The bend from the vector U z.
+    /// The bend from the three components of U z.
     pub(crate) fn of_column([x, y, z]: Vector) -> Bend {
         Bend { x, y, across: Some(-z) }
     }
@@ -35,14 +36,14 @@ impl Bend {
         Bend { x: g.add(xz, dw[1]), y: g.sub(yz, dw[0]), across: None }
     }
 
-    /// The bend in axes turned about z.
+    /// The bend in axes that are turned about z by `turn`.
     pub(crate) fn turned(self, g: &mut Graph, turn: ZRotation) -> Bend {
         let [x, y, _] = turn.turned(g, [self.x, self.y, Expr::ZERO]);
         Bend { x, y, ..self }
     }
 }
 
-/// The angular motion of a link, in its own frame: rad/s^2.
+/// The angular motion of a link, in the link's frame; all entries in rad/s^2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AngularMotion {
     pub dw: Vector,

@@ -1,12 +1,12 @@
 //! Axis intersections: points through which several joint axes pass, as in shoulders and wrists.
 //!
-//! Where coordinates k turn a link about axes through one point P, the linear parts of their twists are
+//! If coordinates k turn a link about axes through one point P, the linear parts of their twists are
 //!
 //! ```text
 //! d_jk = z_jk x c,   c = O_j - P
 //! ```
-//! with one c for all of them. The joints of an axis intersection are consecutive: only the last intersection of a chain can
-//! get another axis.
+//! with the same c for all of them. The axes of an intersection belong to consecutive joints: only the last intersection of a
+//! chain can get another axis.
 
 use expr::Graph;
 use robot::{JointKind, Link, LinkId};
@@ -18,28 +18,29 @@ use crate::kinematics::vector::{NULL, Vector, add};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AxisIntersections {
     pub all: Vec<AxisIntersection>,
-    /// The axis intersection of each coordinate that moves the link by one axis through it and by nothing else.
+    /// For each coordinate: the index of its axis intersection, if it moves the link only by one axis through a point; otherwise
+    /// `None`.
     pub of: Vec<Option<usize>>,
 }
 
-/// A point through which axes pass.
+/// A point through which one or several joint axes pass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AxisIntersection {
     /// The vector from the point to O_j, in frame j, m.
     pub lever: Vector,
-    /// The link of its first axis.
+    /// The link of the first axis through the point.
     pub first: LinkId,
-    /// Number of axes.
+    /// Number of axes through the point.
     axes: usize,
 }
 
 impl AxisIntersections {
-    /// The axis intersections of the base: none, since no coordinate moves it.
+    /// The axis intersections of the base: none, because no coordinate moves the base.
     pub(crate) fn of_base(n: usize) -> AxisIntersections {
         AxisIntersections { all: Vec::new(), of: vec![None; n] }
     }
 
-    /// The axis intersections of link j from the intersections of its antecedent, whose twists are `before`.
+    /// The axis intersections of link j, from those of its antecedent; `before`: the twists of the antecedent.
     pub(crate) fn carried(
         &self,
         g: &mut Graph,
@@ -69,7 +70,7 @@ impl AxisIntersections {
         poles
     }
 
-    /// Adds a new point at O_j. A last point with only one axis is removed, since it cannot get a second one any more.
+    /// Adds a new point at O_j. If the last point has only one axis, it is removed, because it cannot get a second axis any more.
     fn begin(&mut self, j: LinkId) {
         if self.all.last().is_some_and(|last| last.axes < 2) {
             self.all.pop();

@@ -1,7 +1,7 @@
 //! Numerical solution of the passive coordinates of loops that no affine function closes.
 //!
-//! A loop is closed where its two cut frames C and T coincide. With e the position of T in C, m, and the
-//! vector part of the rotation between them, and J_p = de/dq_p,
+//! A loop is closed if its two cut frames C and T coincide. e holds the position of T in C, m, and the vector part of the
+//! rotation between them. With J_p = de/dq_p, the iteration is
 //!
 //! ```text
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
@@ -15,35 +15,35 @@ use std::fmt;
 
 use random::SplitMix;
 
-/// |e| of a closed loop relative to the larger of 1 and the largest entry of J_p: m and rad.
+/// A loop counts as closed if |e| (m and rad), divided by the larger of 1 and the largest entry of J_p, is at most this value.
 const CLOSED_LOOP_ERROR: f64 = 1e-11;
-/// Below this ratio of singular values a configuration counts as singular.
+/// A configuration counts as singular if its ratio of singular values is below this value.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
 /// Samples and followed paths have at least this ratio of singular values.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
 /// Largest number of steps of a search. Near the solution each step doubles the number of correct digits, and fewer halved
 /// steps than this lead there.
 const MAX_STEPS: usize = 60;
-/// A step is halved until |e| decreases or until this fraction of the step. The smallest step is then taken in any case, to
+/// A step is halved until |e| decreases, but at most to about this fraction. The smallest step is then taken in any case, to
 /// escape from a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// A loop counts as closed up to this many times [`CLOSED_LOOP_ERROR`]: rounding may prevent a smaller |e|.
+/// After the search, a loop counts as closed up to this many times [`CLOSED_LOOP_ERROR`]: rounding may prevent a smaller |e|.
 const ALMOST_CLOSED_RATIO: f64 = 100.0;
-/// Above this ratio of pivots a block is far enough from singular that its pseudoinverse is its inverse.
+/// If the ratio of pivots of a block is above this value, its pseudoinverse is its inverse, which LU gives.
 const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
 /// Largest number of sweeps of the singular value decomposition; about ten are usual.
 const MAX_SVD_SWEEPS: usize = 200;
-/// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
+/// Largest step of a coordinate along a path of one assembly, rad or m. It is small compared with the distance between
 /// assemblies, which meet only in singular configurations.
 const LARGEST_STRIDE: f64 = 0.05;
-/// Random configurations tried until one closes. The search may fail for loops that close at less than one configuration in
-/// a thousand.
+/// Number of random configurations that are tried until one closes. The search may fail for loops that close at fewer than one
+/// configuration in a thousand.
 const MAX_RANDOM_TRIES: usize = 2000;
-/// Attempts until the random coordinates cover a whole turn.
+/// Number of attempts after which the random coordinates cover a whole turn.
 const ATTEMPTS_PER_TURN: usize = 100;
 /// Seed of the search for a closed configuration near q = 0.
 const ORIGIN_SEED: u64 = 7;
-/// Paths tried for each requested sample. Many paths end immediately, at the limit of the assembly.
+/// Number of paths that are tried for each requested sample. Many paths end immediately, at the limit of the assembly.
 const PATHS_PER_SAMPLE: usize = 20;
 
 /// Solves for the passive coordinates of one robot.
@@ -53,11 +53,11 @@ pub struct Closure {
     start: Vec<f64>,
     n_equations: usize,
     blocks: Vec<Block>,
-    /// A closed configuration of the assembly that the start chooses.
+    /// A closed configuration (q, q_p) of the assembly that the start chooses; `None` until it is searched for.
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Loops that are solved together: the indices of their equations and of their passive coordinates.
+/// A block of J_p: loops that are solved together, as the indices of their equations and of their passive coordinates.
 struct Block {
     rows: Vec<usize>,
     columns: Vec<usize>,
@@ -96,15 +96,15 @@ impl Block {
     }
 }
 
-/// Why there are no passive coordinates at these coordinates.
+/// Why the passive coordinates were not found at given coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NotClosed {
-    /// The loops cannot be closed here, or the search did not find how.
+    /// The loops cannot be closed at these coordinates, or the search found no solution.
     NotClosed {
         /// |e| where the search ended, m and rad.
         gap: f64,
     },
-    /// The passive coordinates are not determined here.
+    /// The coordinates do not determine the passive coordinates here.
     Singular {
         /// Smallest over largest singular value of J_p: zero in a singular configuration, one far from any.
         ratio: f64,
@@ -129,8 +129,8 @@ impl fmt::Display for NotClosed {
 impl std::error::Error for NotClosed {}
 
 impl Closure {
-    /// From the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs
-    /// `e` and `j`.
+    /// Makes the solver from the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs `e` and `j`.
+    /// `start`: passive coordinates from which searches start.
     pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
         let tape = Tape::new(function);
         let work = tape.workspace();
@@ -138,7 +138,7 @@ impl Closure {
         Closure { work, start, n_equations: function.outputs[0].rows, blocks, tape, origin: None }
     }
 
-    /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
+    /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start if there is no guess.
     pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, NotClosed> {
         self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
     }
@@ -167,7 +167,7 @@ impl Closure {
                 }
                 fraction *= 0.5;
             }
-            // One step from a closed loop squares the residual, down to rounding. Without it the error of the passive
+            // One more step from a closed loop squares the residual, down to rounding. Without it, the error of the passive
             // coordinates would exceed the gap near singular configurations.
             if is_closed {
                 break;
@@ -197,7 +197,7 @@ impl Closure {
         self.solve(q, Some(&reached.1))
     }
 
-    /// e and J_p.
+    /// The closure error e and its Jacobian J_p at a configuration.
     pub(crate) fn at(&mut self, q: &[f64], passive: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let inputs = [q, passive.as_slice()].concat();
         let mut outputs = vec![0.0; self.tape.n_outputs()];
@@ -206,9 +206,9 @@ impl Closure {
         (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
     }
 
-    /// Closed configurations of one assembly, q and q_p each. From the origin, q moves in small steps to random
-    /// configurations. It stays away from singular configurations, where assemblies meet. Fewer than `count` are found when
-    /// the loops close at few configurations.
+    /// Closed configurations (q, q_p) of one assembly. From the origin, q moves in small steps to random configurations. It stays
+    /// away from singular configurations, where assemblies meet. Fewer than `count` are found if the loops close at few
+    /// configurations.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n) else { return found };
@@ -229,12 +229,13 @@ impl Closure {
         found
     }
 
-    /// A closed configuration, q and q_p, of the assembly that the start chooses, equal at every call: at q = 0 if the loops
-    /// close and are not singular there, else at random coordinates near zero with a fixed seed. `None` where none was found.
+    /// A closed configuration (q, q_p) of the assembly that the start chooses; it is equal at every call. It is at q = 0 if the
+    /// loops close and are not singular there, otherwise at random coordinates near zero with a fixed seed. `None` if none was
+    /// found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(ORIGIN_SEED);
         (0..MAX_RANDOM_TRIES).find_map(|attempt| {
-            // Random coordinates in a growing range about zero, since the start belongs to q = 0.
+            // Random coordinates in a range about zero that grows, because the start belongs to q = 0.
             let range = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| range * random.unit()).collect();
             let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
@@ -242,10 +243,10 @@ impl Closure {
         })
     }
 
-    /// The last configuration on the straight path to `goal` where the assembly still closes.
+    /// The last configuration (q, q_p) on the straight path to `goal` at which the assembly still closes.
     ///
-    /// Where assemblies meet, J_p is singular and a step across this configuration may end in another assembly. So a step is
-    /// short enough that the ratio of singular values, extrapolated from its last change, decreases by at most half.
+    /// J_p is singular at configurations where assemblies meet, and a step across one of them may end in another assembly. So a
+    /// step is so short that the ratio of singular values, extrapolated from its last change, decreases by at most half.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let (mut at, mut done) = (from.clone(), 0.0);
@@ -266,7 +267,7 @@ impl Closure {
         at
     }
 
-    /// J_p^+ e, block by block.
+    /// The step J_p^+ e, block by block; `None` if a decomposition fails.
     fn step(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> Option<DVector<f64>> {
         let mut step = DVector::zeros(j.ncols());
         for block in self.blocks.iter().filter(|b| !b.rows.is_empty()) {
@@ -296,7 +297,7 @@ impl Closure {
     }
 }
 
-/// J^+ e; `None` where the decomposition fails.
+/// J^+ e, with the pseudoinverse J^+; `None` if the decomposition fails.
 fn solved(j: DMatrix<f64>, e: &DVector<f64>) -> Option<DVector<f64>> {
     if j.is_square() {
         let lu = j.clone().full_piv_lu();
@@ -313,7 +314,7 @@ fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
     e.iter().chain(j).all(|x| x.is_finite())
 }
 
-/// The scale of an error of the loops: the largest magnitude of an entry of J_p, at least 1.
+/// The scale of a closure error: the largest magnitude of an entry of J_p, at least 1.
 fn size(j: &DMatrix<f64>) -> f64 {
     j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

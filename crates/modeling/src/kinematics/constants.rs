@@ -1,10 +1,9 @@
 //! The robot's numbers as expressions: zeros and quarter turns are exact, all others are named constants.
 //!
-//! A symbol of the robot is a named constant of the graph. A number without a symbol, as a
-//! length or an angle, is one too: it is named after its place (`d3`, `r4`, `alpha5`). Equal numbers are one
-//! constant of the graph, since they are equal in the file. Rules use the name of the place at their own links
-//! ([`Constants::places`]). The value of a symbol decides only whether it is
-//! exactly zero or an exact multiple of pi/2: then it becomes that number.
+//! A symbol of the robot is a named constant of the graph. A length or an angle that is given as a number is a named constant
+//! too: its name is its place (`d3`, `r4`, `alpha5`). Equal numbers are one constant of the graph, because they are equal in the
+//! file. Rules use the name of the place at their own links ([`Constants::places`]). The value of a symbol matters only if it is
+//! exactly zero or an exact multiple of pi/2: then this number replaces the symbol.
 
 use std::collections::BTreeMap;
 
@@ -14,20 +13,20 @@ use robot::{Robot, SymbolId, Value};
 use crate::kinematics::angle::Angle;
 use crate::kinematics::vector::Vector;
 
-/// Names given so far.
+/// The named constants that were created so far.
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,
     numbers: Vec<Number>,
 }
 
-/// A number without a symbol.
+/// A length or an angle that is given as a number.
 struct Number {
     kind: ConstantKind,
     magnitude: f64,
-    /// Its constant in the graph.
+    /// The constant of the number in the graph.
     constant: Expr,
-    /// The places where it is used: `d3`, `d7`.
+    /// The places that use the number: `d3`, `d7`.
     places: Vec<String>,
 }
 
@@ -53,7 +52,7 @@ impl<'a> Constants<'a> {
         [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
     }
 
-    /// A length, m. `place` names the number if it has no name: `d3`.
+    /// The expression of a length, m. A number without a name is named `place`: `d3`.
     pub(crate) fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
         match value {
             Value::Number(x) => self.number(g, ConstantKind::Length, *x, place),
@@ -86,7 +85,7 @@ impl<'a> Constants<'a> {
         if x < 0.0 { -constant } else { constant }
     }
 
-    /// The constants that are used at several places, by their name in the graph: `d3` -> `d3`, `d7`.
+    /// The constants that are used at several places: name in the graph -> names of the places, `d3` -> `d3`, `d7`.
     pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several
@@ -150,12 +149,12 @@ impl<'a> Constants<'a> {
                 let angle = self.angle(g, a, "angle");
                 angle.turn(g).cos
             }
-            // A named constant, since the graph has no inverse tangent.
+            // It becomes a named constant, because the graph has no inverse tangent.
             Value::Atan2(..) => self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), "atan"),
         }
     }
 
-    /// An angle, rad. `place` names the number if it has no name: `alpha5`.
+    /// An angle, rad, as a combination of symbols. A number without a name is named `place`: `alpha5`.
     pub(crate) fn angle(&mut self, g: &mut Graph, value: &Value, place: &str) -> Angle {
         if let Some((n, d)) = value.as_multiple_of_pi(&self.robot.symbols)
             && (2 * n) % d == 0
@@ -175,7 +174,7 @@ impl<'a> Constants<'a> {
                 let symbol = self.symbol(g, *s);
                 Angle { quarter_turns: 0, terms: vec![(symbol, 1)] }
             }
-            // Any other value is one angle with its own name.
+            // Any other value is a single angle, named after its place.
             _ => {
                 let symbol = self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), place);
                 let sign = if symbol.is_negative() { -1 } else { 1 };

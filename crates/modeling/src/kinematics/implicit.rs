@@ -1,15 +1,15 @@
 //! Loops that no affine function closes: the rates of the passive joints, from the loop Jacobian.
 //!
-//! In a closed loop the two cut frames have one motion. Let J_a (coordinates) and J_p (passive variables) be the
-//! difference of their twists per unit of each joint variable. Then
+//! In a closed loop the two cut frames have the same motion. Let J_a (coordinates) and J_p (passive variables) be the difference
+//! of their twists per unit rate of each joint variable. Then
 //!
 //! ```text
 //! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
 //! J_p ddq_p + J_a ddq + c = 0      ddq_p = G ddq - J_p^-1 c
 //! ```
-//! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; the number of
-//! independent equations that are used equals the number of passive coordinates. Their choice and the order of elimination
-//! are determined at closed configurations. By virtual work the torques of the coordinates are tau + G^T tau_p.
+//! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; as many independent equations are
+//! used as there are passive coordinates. The equations and the order of elimination are chosen at closed configurations. By
+//! virtual work, the torques of the coordinates are tau + G^T tau_p.
 
 use expr::{Expr, Function, Graph, Output};
 use nalgebra::DMatrix;
@@ -21,7 +21,7 @@ use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, link_mot
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
 use random::SplitMix;
 
-/// The m passive coordinates of a derivation with n coordinates.
+/// The m passive coordinates of a robot with n coordinates: their rates, accelerations and closure equations.
 pub(crate) struct Implicit {
     /// G, m x n: rates of the passive coordinates per unit of the rates of the coordinates.
     pub G: Vec<Vec<Expr>>,
@@ -29,15 +29,15 @@ pub(crate) struct Implicit {
     pub coast: Vec<Expr>,
     /// The function with e and J_p: inputs `q`, `passive`.
     pub function: Function,
-    /// e: m and rad.
+    /// e of all loops: m and rad, six per loop.
     gaps: Vec<Expr>,
-    /// [J_a J_p] row by row.
+    /// The rows of [J_a J_p], six per loop.
     equations: Vec<Vec<Expr>>,
 }
 
 impl Implicit {
     /// The constraint equations e = 0, J_a dq + J_p dq_p = 0 and dq_p = G dq: inputs `q`, `passive`; outputs `e` (6 per loop),
-    /// `ja` (x n), `jp` (x m) and `g` (m x n).
+    /// `ja` (6 per loop, n columns), `jp` (6 per loop, m columns) and `g` (m x n).
     pub(crate) fn constraint_equations(&self, g: &Graph, motion: &JointVariables) -> Function {
         let n = motion.n;
         let matrix = |name: &str, columns: usize, rows: Vec<Vec<Expr>>| Output {
@@ -58,9 +58,9 @@ impl Implicit {
     }
 }
 
-/// The passive coordinates; fills in their rates and accelerations in `motion`, which the loops determine.
+/// Derives the passive coordinates and writes their rates and accelerations, which the loops determine, into `motion`.
 ///
-/// `None` when no configuration was found that closes the loops.
+/// `None` if no configuration was found that closes the loops.
 pub(crate) fn implicit(
     g: &mut Graph,
     robot: &Robot,
@@ -93,8 +93,8 @@ pub(crate) fn implicit(
     Some(Implicit { G, coast, function, gaps, equations })
 }
 
-/// e and [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut frame, per unit
-/// of every joint variable. `still`: the motion at rest.
+/// e and [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut frame, per unit rate of every joint
+/// variable. `still`: joint variables with zero rates.
 fn loop_equations(
     g: &mut Graph,
     loops: &[OpenLoop],
@@ -116,7 +116,7 @@ fn loop_equations(
     (gaps, equations)
 }
 
-/// e and J_p as a function of `q` and `passive`.
+/// The function with outputs e and J_p, and inputs `q` and `passive`.
 fn closure_function(g: &Graph, motion: &JointVariables, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
     let n = motion.n;
     let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
@@ -146,22 +146,22 @@ fn relative_accelerations(
     rest
 }
 
-/// Solver of J_p x = right with m independent equations of the loops for m passive coordinates.
+/// Solves J_p x = right with m independent equations of the loops, for m passive coordinates.
 struct PassiveSolver {
-    /// (equation, passive coordinate) of each pivot.
+    /// The pivots, as (equation, passive coordinate), in the order of elimination.
     order: Vec<(usize, usize)>,
     elimination: Elimination,
 }
 
 impl PassiveSolver {
-    /// `equations` are [J_a J_p], J_a of n columns.
+    /// `equations`: the rows of [J_a J_p]; n: the number of columns of J_a.
     fn new(g: &mut Graph, equations: &[Vec<Expr>], n: usize, order: Vec<(usize, usize)>) -> PassiveSolver {
         let J_p: Vec<Vec<Expr>> =
             order.iter().map(|&(row, _)| order.iter().map(|&(_, c)| equations[row][n + c]).collect()).collect();
         PassiveSolver { elimination: Elimination::new(g, J_p), order }
     }
 
-    /// x in the order of the passive coordinates; `right` by equation.
+    /// The solution x, in the order of the passive coordinates. `right(row)`: the right-hand side of an equation.
     fn solve(&self, g: &mut Graph, right: impl Fn(usize) -> Expr) -> Vec<Expr> {
         let x = self.elimination.solve(g, self.order.iter().map(|&(row, _)| right(row)).collect());
         let mut ordered = vec![Expr::ZERO; x.len()];
@@ -172,7 +172,7 @@ impl PassiveSolver {
     }
 }
 
-/// Torques (or any rows) of the coordinates from the rows of all joint variables: r_k + sum_p G_pk r_p.
+/// The rows (for example torques) of the coordinates, from the rows of all joint variables: r_k + sum_p G_pk r_p.
 pub(crate) fn reduced(g: &mut Graph, G: &[Vec<Expr>], rows: &[Vec<Expr>]) -> Vec<Vec<Expr>> {
     let n = rows.len() - G.len();
     (0..n)
@@ -192,15 +192,15 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
     sum(g, &terms)
 }
 
-/// The two branches of a loop from the last link that carries both, which is the base of this robot, without gravity. The
-/// motion of that link moves both branches equally, so its variables are not in the equations of the loop.
+/// A robot that consists only of the two branches of a loop. Its base is the last link that carries both branches, and it has no
+/// gravity. The motion of this link moves both branches equally, so its variables are not in the equations of the loop.
 pub(crate) struct OpenLoop {
     pub robot: Robot,
     pub cut: LinkId,
     pub twin: LinkId,
 }
 
-/// The loops that no affine function closes.
+/// An [`OpenLoop`] for each loop that no affine function closes.
 pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
     let implicit = robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one));
     implicit
@@ -233,7 +233,7 @@ fn side(robot: &Robot, open: &mut Robot, path: &[LinkId], frame: &LoopFrame, lab
     LinkId(open.links.len() - 1)
 }
 
-/// Position of T in C, and the vector part of the rotation from C to T: six numbers, zero when closed.
+/// Position of T in C, m, and the vector part of the rotation from C to T: six numbers, all zero if the loop is closed.
 fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: LinkId) -> [Expr; 6] {
     let frame = |g: &mut Graph, j: LinkId| -> ([Vector; 3], Vector) {
         let unit = |i: usize| std::array::from_fn(|r| if r == i { Expr::ONE } else { Expr::ZERO });
@@ -256,19 +256,20 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
         let difference = g.sub(a, b);
         g.mul(half, difference)
     };
-    // R_CT - R_CT^T: entry (k, l) of R_CT is c_k . t_l.
+    // The vector part is half of R_CT - R_CT^T; entry (k, l) of R_CT is c_k . t_l.
     let rotation = [turn(1, 2), turn(2, 0), turn(0, 1)];
     [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
 }
 
-/// Number of closed configurations at which orders of elimination are compared.
+/// Number of closed configurations at which the orders of elimination are compared.
 const TRIED_CONFIGURATIONS: usize = 5;
 
 /// Seed of the closed configurations.
 const CONFIGURATION_SEED: u64 = 7;
 
-/// Pivots (equation, passive coordinate) by complete pivoting at one closed configuration, the best of several: the order
-/// with the largest smallest pivot over all of them. `None` where J_p is singular or no loop closes.
+/// The order of the pivots (equation, passive coordinate). Complete pivoting at each of several closed configurations gives one
+/// order; the order whose smallest pivot over all configurations is largest is taken. `None` if J_p is singular or no loop
+/// closes.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
     let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(CONFIGURATION_SEED));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
@@ -276,7 +277,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // The criterion of an order is its smallest pivot over all samples.
+        // An order is judged by its smallest pivot over all samples.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));
@@ -285,7 +286,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
     best.map(|b| b.1)
 }
 
-/// An entry below this counts as zero and is no pivot. Entries are of order one (rad/rad or m/rad), closed
+/// An entry below this value counts as zero and cannot be a pivot. Entries are of order one (rad/rad or m/rad), closed
 /// configurations are accurate to 1e-11, and samples stay away from singular configurations.
 const VANISHING_ENTRY: f64 = 1e-9;
 
@@ -324,7 +325,7 @@ fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
     smallest
 }
 
-/// L and U of a square matrix with its pivots on the diagonal.
+/// L and U of a square matrix, stored in one matrix; its pivots are on the diagonal.
 struct Elimination {
     rows: Vec<Vec<Expr>>,
 }

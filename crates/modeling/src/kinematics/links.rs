@@ -11,8 +11,8 @@
 //! [Khalil, Dombre 2002, recursive Newton-Euler for modified DH], and for each coordinate k, the
 //! twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
 //!
-//! Links on parallel axes have one orientation up to a turn about the common axis. Their turns are added up first,
-//! and a vector is turned once. Passive joints whose turns cancel (a parallelogram) thereby cause no rotation at all.
+//! Links on parallel axes have the same orientation except for a turn about the common axis. Their turns are added up first, and
+//! each vector is turned once. If the turns of passive joints cancel (a parallelogram), there is no rotation at all.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, Link, LinkId, Robot};
@@ -32,30 +32,31 @@ pub(crate) struct LinkMotion {
     pub w: Vector,
     pub angular_motion: AngularMotion,
     pub a: Vector,
-    /// The twist per unit of each coordinate's rate; `None` where the coordinate does not move the link.
+    /// The twist of the link per unit rate of each coordinate; `None` if the coordinate does not move the link.
     pub jacobian: Vec<Option<Twist>>,
     pub poles: AxisIntersections,
-    /// The joint's own acceleration, rad/s^2 or m/s^2.
+    /// The acceleration of the link's own joint variable, rad/s^2 or m/s^2.
     pub joint_acceleration: Expr,
     pub placement: Placement,
     pub parallel: Parallel,
 }
 
-/// A run of links on parallel axes: the motion in front of its turns, and the sums of turns and rates up to this link.
+/// A run of links on parallel axes: w, bend and dw_z before the turns of the run, and the sums of turns and rates up to this
+/// link.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
     pub bend: Bend,
-    /// Angular acceleration about the axes.
+    /// Angular acceleration about the axes, before the rates of the run are added.
     pub dw_z: Expr,
     /// Whether the link is the first of the run: its axis is not parallel to the axis before it.
     pub begins: bool,
-    /// Angular part of the twist per unit of each coordinate's rate, in front of the turns.
+    /// Angular part of the twist per unit rate of each coordinate, in axes before the turns of the run.
     z: Vec<Vector>,
     pub turn: Angle,
     pub rate: Expr,
     pub acceleration: Expr,
-    /// `rate` per unit of each coordinate's rate.
+    /// `rate` per unit rate of each coordinate.
     rates: Vec<f64>,
 }
 
@@ -70,7 +71,7 @@ pub(crate) fn link_motions(
     link_motions_under(g, robot, constants, motion, weight)
 }
 
-/// The motion of every link with the acceleration `weight` of the base, m/s^2 (-g for gravity).
+/// The motion of every link if the base has the acceleration `weight`, m/s^2 (-g for gravity).
 pub(crate) fn link_motions_under(
     g: &mut Graph,
     robot: &Robot,
@@ -157,7 +158,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The constant geometry, at joint variable zero.
+    /// The constant geometry of a link, at joint variable zero.
     pub(crate) fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
@@ -175,7 +176,7 @@ impl Geometry {
             JointKind::Revolute => {
                 for &(k, c) in &link.joint.variable.terms {
                     let q = q[k.0];
-                    // An integer multiple of an angle is expanded by the sine and cosine of the angle itself.
+                    // cos and sin of an integer multiple of an angle are expanded into cos and sin of the angle itself.
                     if c.fract() == 0.0 {
                         self.theta.add_term(q, c as i64);
                     } else {
@@ -205,8 +206,8 @@ impl Geometry {
     }
 }
 
-/// Second pass, the run of parallel axes up to the link: w_0, dw_0, z_0k of the link before
-/// the run, in axes parallel to the axes of the run, and the sums over the links of the run
+/// Second pass, the run of parallel axes up to the link: w_0, dw_0 and z_0k of the link before the run, in axes parallel to the
+/// axes of the run, and the sums over the links of the run
 ///
 /// ```text
 /// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
@@ -221,7 +222,7 @@ fn run_of_parallel_axes(
     rate: Expr,
     acceleration: Expr,
 ) -> Parallel {
-    // A parallel axis continues the run; else a new run begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
+    // A parallel axis continues the run; otherwise a new run begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
     let mut run = if geometry.alpha.is_zero() {
         Parallel { turn: i.parallel.turn.plus(&geometry.gamma), begins: false, ..i.parallel.clone() }
     } else {
@@ -238,7 +239,7 @@ fn run_of_parallel_axes(
             rates: vec![0.0; i.jacobian.len()],
         }
     };
-    // The joint's own turn and rates are added to the sums of the run.
+    // The turn and the rates of the link's own joint are added to the sums of the run.
     run.turn = run.turn.plus(&geometry.theta);
     if link.joint.kind == JointKind::Revolute {
         run.rate = g.add(run.rate, rate);
@@ -250,7 +251,7 @@ fn run_of_parallel_axes(
     run
 }
 
-/// w_0 = Rx(-alpha) Rz(-gamma) w_i, the bend of the axis that begins a run, and dw_0 about it.
+/// At the start of a run: w_0 = Rx(-alpha) Rz(-gamma) w_i, the bend of the axis, and the component of dw_0 along the axis.
 fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vector, Bend, Expr) {
     let w = placement.to_link_before_theta(g, i.w);
     let dw = placement.to_link_before_theta(g, i.angular_motion.dw);
@@ -289,7 +290,7 @@ fn acceleration_of_origin(
     a
 }
 
-/// Fifth pass, the twist of the link per unit of each coordinate's rate; c_jk = dq_j / dq_k.
+/// Fifth pass, the twist of the link per unit rate of each coordinate; c_jk = dq_j / dq_k.
 fn jacobian(
     g: &mut Graph,
     link: &Link,
@@ -327,13 +328,13 @@ fn jacobian(
     columns
 }
 
-/// Sixth pass, dw_j and U_j.
+/// Sixth pass, the angular acceleration dw_j and U_j.
 fn angular_motion(g: &mut Graph, run: &Parallel, turn: ZRotation, w: Vector) -> AngularMotion {
     let (bend, dw_z) = (run.bend.turned(g, turn), g.add(run.dw_z, run.acceleration));
     AngularMotion::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
 }
 
-/// Adds the component `along` the axis of a joint to the sums of its coordinates: c_k times it to the sum of coordinate k.
+/// Adds `along`, a component along the axis of a joint, to the sum of each coordinate k that the joint follows, times c_k.
 pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: &mut [Expr]) {
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);
@@ -342,7 +343,7 @@ pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: 
     }
 }
 
-/// q_j, or its rate or acceleration: sum_k c_k x_k.
+/// The joint variable q_j, or its rate or acceleration: sum_k c_k x_k over the coordinates.
 pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {

@@ -1,8 +1,8 @@
 //! The two branches of each loop as chains of constant placements and joints, to close a loop by algebra.
 //!
-//! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`, and its variable turns
-//! about, or slides along, the last z. The constants are one function of the robot's symbols
-//! ([`PLACEMENT`] outputs per link); the joints are coefficients of all variables.
+//! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`. The joint variable turns
+//! about the last z, or slides along it. The constants of all poses are one function of the robot's symbols ([`PLACEMENT`]
+//! outputs per link); the joints are lists of coefficients of the variables.
 
 use expr::{Function, Graph, Output};
 use robot::{JointKind, Robot};
@@ -14,26 +14,26 @@ use crate::kinematics::links::Geometry;
 /// Number of entries per link: cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
 pub(crate) const PLACEMENT: usize = 9;
 
-/// The loops of a robot that no affine function closes.
+/// The two branches of each loop that no affine function closes.
 pub(crate) struct LoopChains {
     /// [`PLACEMENT`] entries for each link and both loop frames of each loop.
     pub placements: Function,
-    /// The joint between each of these links and its antecedent.
+    /// The joint between each of these links (and loop frames) and its antecedent.
     pub joints: Vec<ChainJoint>,
-    /// For each loop the links from the last common link to the cut, and to the twin.
+    /// For each loop, the links from the last common link to the cut frame, and from this link to the twin frame.
     pub loops: Vec<[Vec<usize>; 2]>,
 }
 
-/// The joint of a link: its kind, and its variable as a combination of all variables.
+/// The joint of a link: its kind, and its joint variable as a linear combination of coordinates and passive variables.
 #[derive(Clone, Debug)]
 pub(crate) struct ChainJoint {
     pub kind: JointKind,
-    /// Variables with their coefficients. Coordinates come first, then passive variables.
+    /// (variable, coefficient). Coordinates come first, then passive variables.
     pub terms: Vec<(usize, f64)>,
 }
 
 impl LoopChains {
-    /// The chains of all loops; `g` and `constants` belong to the derivation, so that it shares the symbols.
+    /// The chains of all loops. `g` and `constants` belong to the derivation, so the symbols are shared with it.
     pub(crate) fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
         let (mut entries, mut joints, mut loops) = (Vec::new(), Vec::new(), Vec::new());
         for OpenLoop { robot, cut, twin } in open_loops(robot) {
@@ -45,7 +45,7 @@ impl LoopChains {
                 let terms = link.joint.variable.terms.iter().map(|&(k, c)| (k.0, c)).collect();
                 joints.push(ChainJoint { kind: link.joint.kind, terms });
             }
-            // The links of a branch are consecutive, its loop frame last.
+            // The links of a branch are consecutive; its loop frame is the last one.
             loops.push([(before..=before + cut.0).collect(), (before + cut.0 + 1..=before + twin.0).collect()]);
         }
         let output = Output { name: "placement".into(), rows: joints.len(), columns: PLACEMENT, entries };

@@ -5,8 +5,8 @@ use robot::Robot;
 
 use crate::kinematics::names::coordinate_labels;
 
-/// Every joint variable and its rates: n coordinates, then the passive variables, whose rates follow from
-/// the rates of the coordinates.
+/// The joint variables with their rates and accelerations: n coordinates, then the passive variables. The rates of the passive
+/// variables follow from the rates of the coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct JointVariables {
     pub q: Vec<Expr>,
@@ -16,7 +16,7 @@ pub(crate) struct JointVariables {
     pub n: usize,
 }
 
-/// A quantity of the motion that a function has as an input; the input's name is the variant in lower case.
+/// A quantity of the motion that can be an input of a function; the input's name is the variant in lower case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionInput {
     Q,
@@ -40,14 +40,14 @@ impl JointVariables {
         JointVariables { q, dq, ddq, n }
     }
 
-    /// The inputs `q`, `passive` (where there are passive variables), `dq`, `ddq`.
+    /// The inputs `q`, `passive` (if there are passive variables), `dq` and `ddq`.
     pub(crate) fn inputs(&self) -> Vec<Input> {
         let mut inputs = self.configuration();
         inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
         inputs
     }
 
-    /// The inputs `q`, and `passive` where there are passive variables.
+    /// The inputs `q`, and `passive` if there are passive variables.
     pub(crate) fn configuration(&self) -> Vec<Input> {
         let mut inputs = vec![self.input(MotionInput::Q)];
         if self.q.len() > self.n {
@@ -56,7 +56,7 @@ impl JointVariables {
         inputs
     }
 
-    /// One input of a function.
+    /// This quantity as an input of a function.
     pub(crate) fn input(&self, which: MotionInput) -> Input {
         let (name, entries) = match which {
             MotionInput::Q => ("q", &self.q[..self.n]),

@@ -32,7 +32,7 @@ impl Placement {
         self.alpha.turned_about_x(g, v)
     }
 
-    /// The bend of the joint's axis, from a column of U_i; `None` where the joint's axis is not along an axis of frame i.
+    /// The bend of the joint's axis, from a column of U_i; `None` if the joint's axis is not along an axis of frame i.
     pub(crate) fn bend(&self, g: &mut Graph, U: &[Vector; 3]) -> Option<Bend> {
         let axis = self.alpha.unturned_about_x(g, [Expr::ZERO, Expr::ZERO, Expr::ONE]);
         let axis = self.gamma.unturned(g, axis);
@@ -50,7 +50,8 @@ impl Placement {
         self.gamma.unturned(g, v)
     }
 
-    /// Force and moment at O_i, in frame i, from force and moment at O_j, in frame j. Also for momentum and angular momentum.
+    /// Force and moment at O_i, in frame i, from force and moment at O_j, in frame j. Momentum and angular momentum change in the
+    /// same form.
     pub fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
         let (f, n) = (self.to_antecedent(g, f), self.to_antecedent(g, n));
         let lever = cross(g, self.p, f);
@@ -58,7 +59,7 @@ impl Placement {
     }
 }
 
-/// The component along the axis of a joint, z, of the force and the moment (momentum and angular momentum) at its link.
+/// The component along the joint axis z of [force, moment], or of [momentum, angular momentum], at the link of the joint.
 pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
     match kind {
         JointKind::Revolute => n[2],
@@ -67,11 +68,11 @@ pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
     }
 }
 
-/// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
+/// The twist of a link frame per unit rate of one coordinate: angular and linear part.
 #[derive(Clone, Copy, Debug)]
 pub struct Twist {
-    /// Angular.
+    /// Angular part.
     pub z: Vector,
-    /// Linear, at the origin of the frame.
+    /// Linear part, at the origin of the frame.
     pub d: Vector,
 }

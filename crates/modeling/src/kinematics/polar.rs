@@ -1,12 +1,12 @@
 //! The motion of links with polarised products of rates: bilinear in rates and reference rates instead of quadratic in rates.
 //!
-//! The torques of the rates are a quadratic form Q(dq, dq). The symmetric bilinear form of Q is C(q, dq) dq_r with
-//! Christoffel's C [Slotine, Li 1987]. Every product w_a w_b between rates and torques becomes
+//! The velocity torques are a quadratic form Q(dq, dq). The symmetric bilinear form of Q is C(q, dq) dq_r with Christoffel's C
+//! [Slotine, Li 1987]. So every product w_a w_b in the computation of the torques is replaced by
 //!
 //! ```text
 //! 1/2 (w_a w_rb + w_ra w_b)
 //! ```
-//! with w_r the angular velocity at dq_r. Accelerations follow from ddq_r, and gravity is unchanged. The factor 1/2 is
+//! where w_r is the angular velocity at dq_r. Accelerations follow from ddq_r, and gravity is unchanged. The factor 1/2 is
 //! applied to dq_r: w_h = w_r / 2.
 
 use expr::{Expr, Graph};
@@ -17,7 +17,7 @@ use crate::kinematics::constants::Constants;
 use crate::kinematics::links::{JointVariables, LinkMotion, joint_variable, link_motions};
 use crate::kinematics::vector::{Vector, plus_dot};
 
-/// The polarised motion of every link. `links`: the motions at dq; `reference`: half of dq_r as its dq, and ddq_r as its ddq.
+/// The polarised motion of every link. `links`: the motions at dq; `reference`: its dq is half of dq_r, its ddq is ddq_r.
 pub(crate) fn polarised(
     g: &mut Graph,
     robot: &Robot,
@@ -28,7 +28,7 @@ pub(crate) fn polarised(
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // The bend of the axes of each run and dw about them, in front of the turns of the run.
+    // For each link: the bend of the axes of its run and dw about them, before the turns of the run.
     let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
@@ -60,7 +60,7 @@ pub(crate) fn polarised(
     polar
 }
 
-/// The bend of the axis that begins a run and dw about it, from the polarised motion of the link before.
+/// The bend of the axis that begins a run, and dw about this axis, from the polarised motion of the link before.
 fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion) -> (Bend, Expr) {
     let dw = at.placement.to_link_before_theta(g, i.dw);
     let bend = at.placement.bend(g, &i.U).unwrap_or_else(|| {
@@ -71,7 +71,7 @@ fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion
     (bend, dw[2])
 }
 
-/// x and y of w x z rate, polarised.
+/// The x and y components of w x z rate, polarised.
 fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2]) -> [Expr; 2] {
     [1, 0].map(|axis: usize| {
         let (a, b) = (g.mul(w[axis], half_rate), g.mul(half[axis], rate));
@@ -80,7 +80,7 @@ fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2])
     })
 }
 
-/// An entry of w w_h^T + w_h w^T.
+/// Entry (i, k) of w w_h^T + w_h w^T.
 fn product(g: &mut Graph, [w, half]: [Vector; 2], (i, k): (usize, usize)) -> Expr {
     let (a, b) = (g.mul(w[i], half[k]), g.mul(half[i], w[k]));
     g.add(a, b)

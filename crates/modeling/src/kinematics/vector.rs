@@ -2,7 +2,7 @@
 
 use expr::{Expr, Graph};
 
-/// Three components.
+/// A vector of three components.
 pub type Vector = [Expr; 3];
 
 /// The zero vector.
@@ -22,7 +22,7 @@ pub fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// c + a x b, product by product.
+/// c + a x b, added one product at a time.
 pub(crate) fn plus_cross(g: &mut Graph, c: Vector, a: Vector, b: Vector) -> Vector {
     [(0, 1, 2), (1, 2, 0), (2, 0, 1)].map(|(i, j, k)| {
         let (plus, minus) = (g.mul(a[j], b[k]), g.mul(a[k], b[j]));
@@ -36,7 +36,7 @@ pub fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
     plus_dot(g, Expr::ZERO, a, b)
 }
 
-/// c + a . b, product by product, so that each can be fused into the sum before it.
+/// c + a . b, added one product at a time, so that each product can be fused into the sum before it.
 pub(crate) fn plus_dot(g: &mut Graph, c: Expr, a: Vector, b: Vector) -> Expr {
     let terms = [0, 1, 2].map(|i| g.mul(a[i], b[i]));
     terms.iter().fold(c, |s, &t| g.add(s, t))
@@ -46,14 +46,14 @@ pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
 }
 
-/// Names the components of a vector NAME_x, NAME_y, NAME_z where names are kept.
+/// Names the components of a vector NAME_x, NAME_y, NAME_z if the graph keeps names.
 pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
     for (component, axis) in v.into_iter().zip(["x", "y", "z"]) {
         g.name(component, || format!("{}_{axis}", name()));
     }
 }
 
-/// A rotation about z (or x, by the methods for x) by an angle.
+/// A rotation by an angle about z; the methods with `about_x` use it as a rotation about x.
 #[derive(Clone, Copy, Debug)]
 pub struct ZRotation {
     /// The cosine of the angle.

@@ -1,4 +1,4 @@
-//! A description in another format, and its parameters in another convention.
+//! Writes a robot in another format, and its inertial parameters in another convention.
 
 use std::sync::OnceLock;
 
@@ -10,20 +10,20 @@ use crate::describe::torque_difference::torque_difference;
 use crate::error::Error;
 use crate::request::DescriptionFormat;
 
-/// A description in another format.
+/// The result of [`convert`]: a description in another format.
 #[derive(Clone, Debug)]
 pub struct Converted {
-    /// The file.
+    /// The text of the file.
     pub text: String,
     /// Sentences on properties that the format cannot state.
     pub notes: Vec<String>,
-    /// Properties of the robot that are missing in the text, found by reading it back.
+    /// Properties of the robot that are missing in the text. They are found by reading the text back.
     pub differences: Vec<String>,
 }
 
-/// Writes a robot in another format, and reads it back.
+/// Writes a robot in another format, and reads the text back to find lost properties.
 ///
-/// Fails where the format cannot carry the robot.
+/// Fails if the format cannot describe the robot.
 pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Error> {
     let (text, notes) = match format {
         DescriptionFormat::Par => registered_writer(format)?(robot),
@@ -38,33 +38,33 @@ pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Er
 /// Writes a robot as text; the notes say what the format cannot carry.
 pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
 
-/// A writer of descriptions that another package brings along.
+/// A writer for one format, which another package registers.
 #[derive(Clone, Copy)]
 pub struct DescriptionWriter {
     /// The format that it writes.
     pub format: DescriptionFormat,
-    /// The function that writes, or the error text where it was not built in.
+    /// The function that writes; or the text of the error, if the writer was not built in.
     pub write: Result<WriteDescription, &'static str>,
 }
 
 static WRITERS: OnceLock<Vec<DescriptionWriter>> = OnceLock::new();
 
-/// Adds writers; only the first call counts.
+/// Registers the writers of other packages; only the first call has an effect.
 pub(crate) fn register(writers: Vec<DescriptionWriter>) {
     WRITERS.get_or_init(|| writers);
 }
 
-/// The writer of a format that another package brings along.
+/// The registered writer of `format`. Fails if there is none.
 fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Error> {
     let mut writers = WRITERS.get().into_iter().flatten();
     let writer = writers.find(|writer| writer.format == format).map(|writer| writer.write);
     writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }
 
-/// Largest relative difference of torques that rounding explains: a URDF has other frames, and its angles as decimals.
+/// Largest relative difference of torques that counts as rounding: a URDF has other frames, and angles written as decimals.
 const RELATIVE_TORQUE_ROUNDING: f64 = 1e-9;
 
-/// Properties of the robot that are missing in the text, found by reading it back. Fails where the text cannot be read.
+/// The properties of the robot that are missing in `text`, which is read back. Fails if the text cannot be read.
 fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec<String>, Error> {
     let options =
         ReadOptions { angles: AngleSnapping::AsGiven, floating_base: robot.massless > 0, ..ReadOptions::default() };
@@ -77,7 +77,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
     })?;
     let mut differences = Vec::new();
-    // Coordinates can lose their order or become fewer.
+    // Coordinates can change their order, or be lost.
     let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (before, after) = (names(robot), names(&read));
     let mut sorted = [before.clone(), after.clone()];
@@ -102,15 +102,15 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         let starts: Vec<String> = robot.passive.iter().map(start).collect();
         differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
     }
-    // Any other loss changes the torques.
+    // Any other lost property changes the torques.
     if let Some(x) = torque_difference(robot, &read).filter(|x| *x > RELATIVE_TORQUE_ROUNDING) {
         differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
     }
     Ok(differences)
 }
 
-/// CSV: link, parameter, value. The value is missing where the parameters of a link are not known, and where the
-/// convention would divide by a mass of zero.
+/// The inertial parameters as CSV: link, parameter, value. The value is empty if the parameters of the link are not known, or
+/// if the convention would divide by a mass of zero.
 pub fn inertial_table(robot: &Robot, convention: Convention) -> String {
     let mut text = String::from("link,parameter,value\n");
     for link in &robot.links[robot.massless..] {

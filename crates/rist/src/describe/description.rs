@@ -1,4 +1,4 @@
-//! Reads a description with the options of a user; finds rounded values and missing ones.
+//! Reads a description with the options of a user; finds values that the reader rounded and values that are missing.
 
 use std::path::{Path, PathBuf};
 
@@ -16,15 +16,15 @@ use crate::error::Error;
 use crate::output::directory_of;
 pub use crate::request::ModelOptions;
 
-/// Reads a description from its file and applies the options; nothing is derived.
+/// Reads a description from its file and applies the options; base parameters and functions are not derived.
 ///
-/// Fails with the place of an entry that cannot be read, and where a symbol of `value` does not exist.
+/// Fails with the line of an entry that cannot be read, and if `options.value` names an unknown symbol.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
-/// Reads a description from a text; the extension of `path` gives its format. Only files that the text refers to are
-/// opened. They are inputs like the file itself ([`crate::output`]).
+/// Reads a description from a text; the extension of `path` gives its format. Only files that the text refers to are opened;
+/// each is noted as an input of the step ([`crate::output`]).
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     opened::with(path, || {
         let robot = parsed(text, path, options)?;
@@ -35,7 +35,7 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
 
 /// The text of a description without macros, into which identified bodies can be written.
 ///
-/// Fails where a xacro cannot be expanded.
+/// Fails if a xacro cannot be expanded.
 pub fn without_macros(text: &str, path: &Path, options: &ModelOptions) -> Result<String, Error> {
     let packages = packages(options);
     let read = ReadOptions { arguments: &options.arg, packages: &packages, ..ReadOptions::default() };
@@ -69,15 +69,15 @@ fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Erro
     Ok(if options.floating_base { robot.floating() } else { robot })
 }
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF; angles in rad.
+/// The rotation R = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF; angles in rad.
 pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
     Rotation3::from_euler_angles(roll, pitch, yaw)
 }
 
-/// Bound of the error of an angle of pi that is written with five digits, rad.
+/// Largest rounding error of an angle near pi that is written with five digits, rad.
 const ANGLE_ROUNDING_RAD: f64 = 2e-5;
 
-/// Roll, pitch and yaw of a rotation, rad, rounded to `digits` decimals: the printed values are the ones that are used.
+/// Roll, pitch and yaw of a rotation, rad, rounded to `digits` decimals, so that printed values equal the values in use.
 pub fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
     let (roll, pitch, yaw) = turn.euler_angles();
     let unit = 10f64.powi(digits);
@@ -85,8 +85,8 @@ pub fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
     [roll, pitch, yaw].map(|angle| (angle * unit).round() / unit + 0.0)
 }
 
-/// Mounts the base with roll, pitch and yaw `base`, rad, whatever its mount was before: g_base = R^T g_file, with gravity of
-/// the file, which is fixed in the world. Components that only the rounding of an angle explains are zero.
+/// Mounts the base with roll, pitch and yaw `base`, rad; an earlier mount is replaced. g_base = R^T g_file: g_file is the
+/// gravity of the file, fixed in the world. Components as small as the rounding of an angle are set to zero.
 pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
     let now = robot.gravity_number();
     let of_file = *robot.file_gravity.get_or_insert(now);
@@ -95,10 +95,10 @@ pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
     robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
 }
 
-/// A sentence on the angles and axes that the reader replaced by exact values, and on how much this changes the torque;
-/// `None` where nothing was replaced.
+/// A sentence on the angles and axes that the reader replaced by exact values, and on the change of the torque by this; `None`
+/// if nothing was replaced.
 pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
-    /// Number of angles that are named; the others are counted.
+    /// Number of replaced angles that the sentence lists; the others are counted.
     const NAMED_ANGLES: usize = 4;
     if robot.snapped.is_empty() {
         return None;
@@ -120,7 +120,7 @@ pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) 
     ))
 }
 
-/// Refuses a description in which a symbol has no value, because numbers are to be computed.
+/// Fails if a symbol of the description has no value, because numbers are to be computed.
 pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
     match missing.first() {
@@ -133,7 +133,7 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Refuses a robot whose derivation takes long or much memory, with the figures, unless `any_size` is set.
+/// Fails if the derivation would take long or much memory, and gives the numbers; unless `any_size` is set.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

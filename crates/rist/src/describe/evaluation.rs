@@ -3,9 +3,9 @@
 //! ```text
 //! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq),    h(q, 0) = g(q)
 //! ```
-//! Symbols: q, dq, ddq (N x n; rad, rad/s, rad/s^2, or m ..); X the base parameters, p of them; Y_s (n x p_s) of the
-//! standard parameters; A (n x n, kg m^2); h, g and tau (n; N m, or N of a joint that slides). A state is a row, and its
-//! outputs are one matrix, row by row.
+//! Symbols: q, dq, ddq (N states x n coordinates; rad, rad/s, rad/s^2, or m ..); X the p base parameters; Y (n x p); Y_s (n x
+//! p_s) the regressor of the p_s standard parameters; A (n x n, kg m^2); h, g and tau (n; N m, or N for a sliding joint). Each
+//! state is one row of an array; the output matrices of a state are written row by row.
 
 use modeling::{Derivation, UnclearRank};
 
@@ -14,59 +14,59 @@ use crate::describe::named_function::function_named;
 use crate::error::Error;
 use crate::tape::state_tape::{StateArgument, StateTape};
 
-/// The quantity that is evaluated.
+/// The quantities that can be evaluated at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Y_s, n x p_s: torque per unit of each standard parameter.
     Regressor,
     /// Y, n x p: torque per unit of each base parameter.
     BaseRegressor,
-    /// tau, n x 1.
+    /// tau, n x 1: torques of the bodies and rotors, without friction.
     Torque,
-    /// A, n x n.
+    /// A, n x n: inertia matrix.
     InertiaMatrix,
     /// h, n x 1: Coriolis, centrifugal and gravity torques.
     Bias,
-    /// g, n x 1.
+    /// g, n x 1: gravity torques.
     Gravity,
 }
 
-/// A matrix that a function gives for each state.
+/// Name and shape of a matrix that is computed for each state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputShape {
-    /// Its name: `tau`, `dtau_by_q`.
+    /// Name of the matrix: `tau`, `dtau_by_q`.
     pub name: String,
-    /// Rows; a vector has one column.
+    /// Number of rows; a vector has one column.
     pub rows: usize,
-    /// Columns.
+    /// Number of columns.
     pub columns: usize,
 }
 
-/// States and parameters. An argument that the quantity does not depend on may be empty.
+/// Many states, and parameters. An argument that the quantity does not depend on may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
-    /// rad (m), one row per state.
+    /// Positions, rad (m), one row per state.
     pub q: &'a [f64],
-    /// rad/s (m/s).
+    /// Velocities, rad/s (m/s), one row per state.
     pub dq: &'a [f64],
-    /// rad/s^2 (m/s^2).
+    /// Accelerations, rad/s^2 (m/s^2), one row per state.
     pub ddq: &'a [f64],
-    /// X, the same for all states; regressors need none.
+    /// Parameters X, the same for all states; empty for a regressor.
     pub parameters: &'a [f64],
     /// Further arguments of the function, by name, one row per state: torques `tau`, a `wrench`, a `point`, a pose `t`.
     pub others: &'a [(&'a str, &'a [f64])],
 }
 
-/// Which parameters a function takes.
+/// The kind and number of parameters that a function takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParametersOf {
-    /// p base parameters.
+    /// The p base parameters.
     Base(usize),
-    /// p_s standard parameters: the base parameters do not determine this function.
+    /// The p_s standard parameters: the base parameters do not determine this function.
     Standard(usize),
 }
 
-/// One quantity of a model, ready to be evaluated by any number of threads.
+/// A quantity of a model, ready to be evaluated by several threads.
 pub struct Evaluation {
     source: StateSource,
     n: usize,
@@ -75,19 +75,19 @@ pub struct Evaluation {
 }
 
 enum StateSource {
-    /// The model's own base regressor, which is compiled if this robot is built in.
+    /// The base regressor of the model, as compiled code if this robot is built in.
     Regressor,
     /// Any function of the states.
     Tape(Box<StateTape>),
 }
 
-/// Number of states that are evaluated together: their inputs and outputs stay in the cache.
+/// Number of states that are evaluated together, chosen so that their inputs and outputs stay in the cache.
 const STATES_PER_PASS: usize = 64;
 
 impl Evaluation {
-    /// Derives the functions that the quantity needs.
+    /// Derives the functions that `quantity` needs.
     ///
-    /// Fails where a loop of the robot closes nowhere.
+    /// Fails if a loop of the robot cannot be closed at any configuration.
     pub fn new(model: &Model, quantity: Quantity) -> Result<Evaluation, Error> {
         let function = match quantity {
             Quantity::BaseRegressor => return Ok(Evaluation::of_regressor(model)),
@@ -100,9 +100,9 @@ impl Evaluation {
         Evaluation::of_function(model, function)
     }
 
-    /// Any function by its name, the same names as in `rist generate`: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
+    /// The function with this name, the same names as in `rist generate`: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
     ///
-    /// Fails with the list of names where the name is unknown, and where a loop of the robot closes nowhere.
+    /// Fails with the list of names if the name is unknown, and fails if a loop of the robot cannot be closed anywhere.
     pub fn of_function(model: &Model, name: &str) -> Result<Evaluation, Error> {
         let refused = |e: UnclearRank| Error::new(format_args!("{}: {e}", model.path.display()));
         let which = function_named(&model.robot, name)?;
@@ -124,19 +124,19 @@ impl Evaluation {
         })
     }
 
-    /// The model's own base regressor.
+    /// Evaluates the base regressor of the model.
     fn of_regressor(model: &Model) -> Evaluation {
         let n = model.robot.n_coordinates();
         let outputs = vec![OutputShape { name: "y".into(), rows: n, columns: model.parameters.len() }];
         Evaluation { source: StateSource::Regressor, n, outputs, parameters: None }
     }
 
-    /// Shapes of the outputs of a state, in order; each matrix is written row by row.
+    /// Shapes of the output matrices of a state, in order; each matrix is written row by row.
     pub fn outputs(&self) -> &[OutputShape] {
         &self.outputs
     }
 
-    /// Names of the further arguments that each state needs, with their numbers of entries.
+    /// Names of the arguments beside q, dq, ddq and X that each state needs, with their numbers of entries.
     pub fn others(&self) -> Vec<(&str, usize)> {
         let StateSource::Tape(tape) = &self.source else { return Vec::new() };
         let other =
@@ -144,13 +144,13 @@ impl Evaluation {
         tape.arguments.iter().filter_map(other).collect()
     }
 
-    /// Writes the outputs of one state after the other. They are NaN where a loop does not close.
+    /// Writes the outputs state after state. The outputs of a state are NaN if a loop does not close there.
     ///
-    /// Fails where the arguments and outputs do not have the same number of whole states, or X has another length.
+    /// Fails if the arguments and `outputs` are not for the same number of states, or if X has another length.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
-            // A pose is enough for the inverse geometric model.
+            // The inverse geometric model needs no q: the states are counted by the first of its other arguments.
             [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
             _ => states.q.len().checked_div(n).unwrap_or(0),
         };
@@ -208,13 +208,13 @@ impl Evaluation {
         }
     }
 
-    /// Which parameters the outputs depend on.
+    /// The parameters that the outputs depend on; `None` if they depend on none.
     pub fn parameters(&self) -> Option<ParametersOf> {
         self.parameters
     }
 }
 
-/// The rows of an argument; empty where it is not given.
+/// The rows of the argument `name`; empty if it is not given.
 fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
     states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
 }
@@ -224,8 +224,8 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
-    /// tree, a compiled robot, and loops that are closed numerically.
+    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than one pass evaluates. The robots are a tree, a
+    /// compiled robot, and loops that are closed numerically.
     #[test]
     fn the_quantities_of_a_state_agree() {
         for name in ["tree.yaml", "ur5.yaml", "sr400.par"] {
@@ -271,7 +271,7 @@ mod tests {
                     expected.len()
                 );
                 for (found, expected) in found.iter().zip(expected) {
-                    // Sums of some hundred terms of order one.
+                    // Rounding of sums of some hundred terms of order one.
                     let close = (found - expected).abs() < 1e-10 * expected.abs().max(1.0);
                     assert!(close || (found.is_nan() && expected.is_nan()), "{name}: {what}: {found} for {expected}");
                 }
@@ -298,7 +298,7 @@ mod tests {
         let tau = at("inverse-dynamics", states);
         let found = at("forward-dynamics", ManyStates { ddq: &[], others: &[("tau", &tau)], ..states });
         let worst = found.iter().zip(&ddq).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The condition of A, up to 1e4.
+        // The condition number of A, up to 1e4, amplifies the rounding.
         assert!(worst < 1e-9, "{worst:e}");
 
         let derivatives = Evaluation::of_function(&model, "forward-dynamics-derivatives").unwrap();

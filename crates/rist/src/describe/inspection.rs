@@ -1,4 +1,5 @@
-//! Results of a description: base parameters, their rules, counts of operations, and the evidence of the rank.
+//! The results of `rist inspect`: base parameters, their regrouping rules, numbers of operations, and the evidence for the
+//! rank.
 
 use std::path::Path;
 
@@ -15,18 +16,18 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::{InspectRequest, ModelOptions};
 
-/// A model with its rules, ready to be shown.
+/// A model with its regrouping rules, ready to be shown as text, page or JSON.
 pub struct Inspection {
     /// The derived model.
     pub model: Model,
-    /// Nested, or in the standard parameters alone.
+    /// The regrouping rules: nested, or expanded into standard parameters alone.
     pub rules: Rules,
     tilted: Tilted,
 }
 
-/// Derives the model and the rules of a robot that was read from `path` with these options.
+/// Derives the model and the regrouping rules of a robot that was read from `path` with `options`.
 ///
-/// Fails where the derivation does, and where rules that are to be expanded have more than a million terms.
+/// Fails if the model cannot be derived, or if expanded rules would have more than a million terms.
 pub fn inspect(
     robot: Robot,
     path: &Path,
@@ -101,12 +102,12 @@ impl Inspection {
             "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
             "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
             "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-            // Standard and base parameters, in the order of the regressors' columns.
+            // Standard parameters, then base parameters, each in the order of the columns of their regressor.
             "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
             "base": (0..parameters.len()).map(|k| base(derived, rules, nominal.as_deref(), k)).collect::<Vec<_>>(),
             "regrouped": rules.regrouped,
             "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-            // Base parameters that only the angles as given have, and why they are not known where they are not.
+            // Base parameters that exist only with the angles exactly as given; if they are not known, the reason.
             "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
             "as_given_refused": tilted.appear.as_ref().err(),
             "no_effect": names(&parameters.no_effect),
@@ -131,12 +132,12 @@ fn expanded(model: &Model) -> Result<Rules, Error> {
     })
 }
 
-/// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
-/// quite, parallel or at right angles to another.
+/// Base parameters that would be added if angles were used exactly as given: they exist only because an axis is almost, but not
+/// exactly, parallel or perpendicular to another.
 struct Tilted {
-    /// Name and share of the torque; or why the angles as given have no base parameters.
+    /// Name of each such parameter with its share of the torque; or the reason why they cannot be derived.
     appear: Result<Vec<(String, f64)>, String>,
-    /// The angles that were taken for others.
+    /// Sentences on the angles that the reader replaced by exact ones.
     because: Vec<String>,
 }
 
@@ -184,13 +185,13 @@ impl Tilted {
     }
 }
 
-/// A sentence on the configuration in which the loops were found closed; `None` without numerically solved loops.
+/// A sentence on the configuration in which the solver closed the loops first; `None` without numerically solved loops.
 fn assembly(derived: &Model) -> Option<String> {
     if derived.assembly.is_empty() {
         return None;
     }
     let (q, passive) = derived.assembly.split_at(derived.robot.n_coordinates());
-    // Shown with six decimals: -0 is 0.
+    // Rounded to six decimals; adding 0 turns -0 into 0.
     let list = |of: &[(String, f64)]| {
         let value = |(name, x): &(String, f64)| format!("{name} = {}", (x * 1e6).round() / 1e6 + 0.0);
         of.iter().map(value).collect::<Vec<_>>().join(", ")
@@ -203,13 +204,13 @@ fn assembly(derived: &Model) -> Option<String> {
     ))
 }
 
-/// The values of the base parameters by the description; `None` without inertials, or where a symbol has no value.
+/// The base parameters from the inertial parameters of the description; `None` if it has none, or if a symbol has no value.
 fn nominal_values(derived: &Model) -> Option<Vec<f64>> {
     let lacks_value = derived.robot.symbols.iter().any(|s| s.generic);
     derived.nominal_parameters().filter(|_| !lacks_value)
 }
 
-/// A link with its joint, its frame relative to the frame of its antecedent, and its inertials where they are known.
+/// A link as JSON: its joint, its frame relative to its antecedent's frame, and its inertial parameters if they are known.
 fn link(robot: &Robot, link: &robot::Link) -> Value {
     let entry = |(name, text, number): (&str, String, f64)| {
         let number = if number.is_finite() { json!(number) } else { Value::Null };
@@ -228,12 +229,12 @@ fn link(robot: &Robot, link: &robot::Link) -> Value {
     })
 }
 
-/// A base parameter: its rule, its meaning, and the standard parameters that it absorbs.
+/// Base parameter `k` as JSON: its rule, its meaning, and the standard parameters that are regrouped into it.
 fn base(derived: &Model, rules: &Rules, nominal: Option<&[f64]>, k: usize) -> Value {
     let (robot, parameters) = (&derived.robot, &derived.parameters);
     let b = &parameters.base[k];
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
-    // Nested rules have no written-out coefficients.
+    // Only expanded rules have symbolic coefficients.
     let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
     let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
     json!({
@@ -248,7 +249,7 @@ fn base(derived: &Model, rules: &Rules, nominal: Option<&[f64]>, k: usize) -> Va
     })
 }
 
-/// A symbol of the geometry with its value, null where it has none.
+/// A symbol of the geometry as JSON, with its value; null if it has none.
 fn symbol(robot: &Robot, i: usize) -> Value {
     let value = match robot.symbols[i].generic {
         true => Value::Null,
@@ -257,7 +258,7 @@ fn symbol(robot: &Robot, i: usize) -> Value {
     json!({"name": robot.symbols[i].name, "value": value})
 }
 
-/// The rank and its evidence.
+/// The rank of the regressor and the evidence for it, as JSON.
 fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
     let rank = &parameters.rank;
     let weak = |w: &WeakParameter| json!({"parameter": parameters.standard[w.column].display(robot).to_string(), "share": w.share});
@@ -267,7 +268,7 @@ fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
         "numeric": rank.numeric,
         "exact": rank.exact.rank(),
         "evidence": parameters.evidence_of_rank(robot),
-        // JSON has no infinity, which stands for a model without dropped columns.
+        // The gap is infinite if no column was dropped; JSON has no infinity.
         "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
         "smallest_kept": rank.smallest_kept,
         "largest_dropped": rank.largest_dropped,

@@ -1,4 +1,4 @@
-//! Frequent mistakes in the inertial parameters of a description.
+//! Searches the inertial parameters of a description for frequent mistakes.
 
 use std::fmt;
 use std::path::Path;
@@ -8,14 +8,14 @@ use clearance::outside::outside;
 use robot::{Part, Robot};
 use serde_json::{Value, json};
 
-/// Distance of a centre of mass from a hull, as a share of the hull's size, above which it is reported: collision meshes
-/// omit motors and cables.
+/// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Collision
+/// meshes omit motors and cables, so smaller distances are normal.
 const REPORTED_DISTANCE_SHARE: f64 = 0.1;
 
-/// The findings of a description.
+/// The suspected mistakes in a description.
 #[derive(Clone, Debug)]
 pub struct Lint {
-    /// The link, and a sentence on the suspected mistake.
+    /// For each finding, the link and a sentence on the suspected mistake.
     pub findings: Vec<(String, String)>,
     /// Number of links.
     pub links: usize,
@@ -23,7 +23,7 @@ pub struct Lint {
     pub without_parameters: usize,
 }
 
-/// Looks for mistakes in a description; nothing is derived.
+/// Searches a description for mistakes; base parameters are not derived.
 pub fn lint(robot: &Robot) -> Lint {
     Lint {
         findings: robot::lint::lint(robot).into_iter().map(|f| (f.link, f.text)).collect(),
@@ -32,8 +32,8 @@ pub fn lint(robot: &Robot) -> Lint {
     }
 }
 
-/// Looks for the mistakes of [`lint`], and for centres of mass outside the collision meshes. `directory`: folder of the
-/// description, in which the meshes are searched. A mesh that cannot be read gives no finding.
+/// Searches for the mistakes of [`lint`], and for centres of mass outside the collision meshes. `directory`: folder of the
+/// description, to which the paths of meshes are relative. A mesh that cannot be read gives no finding.
 pub fn lint_with_meshes(robot: &Robot, directory: &Path) -> Lint {
     let mut found = lint(robot);
     let of_base = std::iter::once((None, &robot.base.parts));
@@ -77,7 +77,7 @@ impl fmt::Display for Lint {
     }
 }
 
-/// `1 finding`, `2 findings`.
+/// A number with its noun: `1 finding`, `2 findings`.
 pub fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

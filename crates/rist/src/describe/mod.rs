@@ -1,4 +1,4 @@
-//! Descriptions of robots: the model with its base parameters, its functions at states and as source.
+//! From a description to a model: base parameters, functions at states, generated source.
 
 pub(crate) mod adapters;
 pub(crate) mod conversion;

@@ -1,4 +1,4 @@
-//! The model that every step uses: a robot that is read and derived once, with a base regressor to evaluate.
+//! [`Model`], which every step uses: a robot that is read and derived once, with its base regressor.
 
 use std::path::{Path, PathBuf};
 
@@ -23,24 +23,24 @@ use identification::estimate::artefact::Estimate;
 
 /// A robot with its base parameters and functions.
 pub struct Model {
-    /// The file it was read from, as the user named it.
+    /// The file that the robot was read from, as the user named it.
     pub path: PathBuf,
     /// The description with its options applied.
     pub robot: Robot,
     /// The base parameters with the rules of their regrouping.
     pub parameters: BaseParameters,
-    /// Y(q, dq, ddq) of the standard parameters: n x p_s, row by row.
+    /// Regressor Y(q, dq, ddq) of the p_s standard parameters: n x p_s, row by row.
     pub standard_regressor: Function,
-    /// Y(q, dq, ddq) of the base parameters: n x p, row by row.
+    /// Regressor Y(q, dq, ddq) of the p base parameters: n x p, row by row.
     pub base_regressor: Function,
-    /// tau(q, dq, ddq, X) of the standard parameters.
+    /// Torques tau(q, dq, ddq, X), X being the standard parameters.
     pub torque: Function,
-    /// Name and fingerprint, by which artefacts identify the model.
+    /// Name and fingerprint of the model; artefacts store them to identify the model.
     pub reference: ModelReference,
-    /// Options with which its file was read, for artefacts.
+    /// The options with which the description was read, for artefacts.
     pub description: Option<DescriptionOptions>,
-    /// A configuration in which the numerically solved loops are closed: the value of each coordinate, then of each passive
-    /// joint, rad or m, by name. All other configurations are followed from there. Empty without such loops.
+    /// A configuration in which the numerically solved loops are closed: name and value (rad or m) of each coordinate, then of
+    /// each passive joint. The solver follows all other configurations from there. Empty without such loops.
     pub assembly: Vec<(String, f64)>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor + Send>,
@@ -49,20 +49,20 @@ pub struct Model {
 impl Model {
     /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics.
     ///
-    /// Fails with the place of an entry that cannot be read, where a symbol has no value, and where the rank of the base
-    /// parameters is not clear-cut.
+    /// Fails with the line of an entry that cannot be read, if a symbol has no value, or if the rank of the base parameters is
+    /// not clear-cut.
     pub fn read(path: impl AsRef<Path>) -> Result<Model, Error> {
         Model::read_with(path, &ModelOptions::default())
     }
 
-    /// Reads a description with options and derives its dynamics; fails as [`Model::read`] does.
+    /// Reads a description with options and derives its dynamics; fails like [`Model::read`].
     pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         Model::parse(&robot::format::text_of(path)?, path, options)
     }
 
-    /// Derives the dynamics of a description in memory; the extension of `path` gives its format. `path` stands in messages;
-    /// no file is opened.
+    /// Derives the dynamics of a description in memory; the extension of `path` gives its format. `path` is only named in
+    /// messages; this file is not opened.
     pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         let robot = parse_robot(text, path, options)?;
@@ -70,10 +70,10 @@ impl Model {
         Ok(Model { description: options.description(), ..Model::of(robot, path, options.any_size)? })
     }
 
-    /// Derives the dynamics of a robot; `path` stands in messages.
+    /// Derives the dynamics of a robot; `path` is only named in messages.
     ///
-    /// Fails where the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much
-    /// memory, with the figures, unless `any_size` asks for it.
+    /// Fails if the rank of the base parameters is not clear-cut. Fails with the numbers if the derivation would take long or
+    /// much memory, unless `any_size` is set.
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         let model = Model::at_any_rank(robot, path, any_size)?;
         match &model.parameters.refused {
@@ -114,9 +114,9 @@ impl Model {
         })
     }
 
-    /// The model after a change `robot` of the robot; `options` records the change in the options of the description.
+    /// The model after `robot` changed the robot; `options` records this change in the options of the description.
     ///
-    /// Fails where the rank of the base parameters is not clear-cut.
+    /// Fails if the rank of the base parameters is not clear-cut.
     pub(crate) fn changed(
         &self,
         robot: impl FnOnce(&mut Robot),
@@ -128,20 +128,20 @@ impl Model {
         Ok(Model { description: Some(description), ..Model::of(changed, &self.path, true)? })
     }
 
-    /// The base regressor: compiled code where this robot is built in, a tape otherwise.
+    /// The base regressor: compiled code if this robot is built in, otherwise a tape.
     pub fn regressor(&self) -> &dyn Regressor {
         self.regressor.as_ref()
     }
 
-    /// Opens a log of the robot, and says which column was taken for which signal.
+    /// Opens a log of the robot; also returns which column was taken for which signal.
     ///
-    /// Fails where it cannot be read, where a column is missing, and where a column of a sliding joint is in units of angles.
+    /// Fails if the log cannot be read, if a column is missing, or if a column of a sliding joint is in a unit of angles.
     pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
         Ok((log, self.with_sliding(columns, &path.display().to_string())?))
     }
 
-    /// A log of the robot from a table in memory; fails as [`Model::open_log`] does.
+    /// Uses a table in memory as a log of the robot; fails like [`Model::open_log`].
     pub fn log_of_table(&self, table: Table, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         let file = table.file.clone();
         let (log, columns) = LogSource::from_table(table, self.regressor().coordinates(), names)?;
@@ -153,7 +153,7 @@ impl Model {
         columns.with_sliding(&slides).map_err(|e| Error::new(format_args!("{file}: {e}")))
     }
 
-    /// The solver for the passive joints, taken out of the model; `None` where no joint is found numerically.
+    /// Takes the solver of the passive joints out of the model; `None` if no joint is solved numerically.
     pub fn take_closure(&mut self) -> Option<Closure> {
         self.closure.take()
     }
@@ -163,7 +163,7 @@ impl Model {
         linear_model::compiled::is_compiled(self.base_regressor.fingerprint())
     }
 
-    /// The matrix K of X_base = K X_standard, in numbers.
+    /// The matrix K of X_base = K X_standard, as numbers.
     pub fn standard_map(&self) -> StandardMap {
         let (base, standard) = (&self.parameters.base, &self.parameters.standard);
         let terms: Vec<(usize, usize, f64)> = base
@@ -182,23 +182,24 @@ impl Model {
         )
     }
 
-    /// Inertial parameters of the bodies by the description, in the order of [`Model::standard_map`].
+    /// Inertial parameters of each body in the description, in the order of [`Model::standard_map`]; `None` for a body without
+    /// them.
     pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
         self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
     }
 
-    /// The link of each body, in the order of [`Model::standard_map`].
+    /// The links of the bodies, in the order of [`Model::standard_map`].
     pub fn body_links(&self) -> Vec<LinkId> {
         self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
     }
 
-    /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
-    /// no link has any.
+    /// Base parameters from the inertial parameters of the description; a link without them counts as massless. `None` if no
+    /// link has any.
     pub fn nominal_parameters(&self) -> Option<Vec<f64>> {
         Some(self.parameters.values(&self.nominal_standard_parameters()?))
     }
 
-    /// Standard parameters from the inertials of the description, a link without them counting as massless; `None` where
+    /// Standard parameters from the inertial parameters of the description; a link without them counts as massless. `None` if
     /// no link has any.
     pub fn nominal_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
@@ -208,7 +209,7 @@ impl Model {
         Some(self.parameters.standard.iter().map(value).collect())
     }
 
-    /// Drive gains of the description, one per coordinate, N m/A.
+    /// Drive gains of the description, one per coordinate, N m/A; `None` if it gives none.
     pub fn drive_gains(&self) -> Vec<Option<f64>> {
         let gain = |k| self.robot.joint_of(CoordinateId(k)).and_then(|j| self.robot.link(j).joint.drive_gain);
         (0..self.robot.n_coordinates()).map(gain).collect()
@@ -216,7 +217,7 @@ impl Model {
 
     /// The index of a coordinate by its name.
     ///
-    /// Fails with the list of names where the name is unknown.
+    /// Fails with the list of names if the name is unknown.
     pub fn coordinate(&self, name: &str) -> Result<usize, Error> {
         let names = self.regressor.coordinates();
         names
@@ -225,9 +226,9 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// Writes the given gains, by name of the coordinate, into the gains of all drives.
+    /// Writes the gains `given`, each with the name of its coordinate, into `all`, the gains of all drives.
     ///
-    /// Fails with the list of names where a coordinate is unknown.
+    /// Fails with the list of names if a coordinate is unknown.
     pub fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
         given.iter().try_for_each(|(name, gain)| {
             let of = self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))?;
@@ -236,28 +237,28 @@ impl Model {
         })
     }
 
-    /// The base parameters of an estimate that predict torques, in the order of the regressor.
+    /// The values with which torques are predicted, one per base parameter, in the order of the regressor.
     ///
-    /// Fails where one is missing.
+    /// Fails if the estimate lacks a base parameter.
     pub fn values(&self, estimate: &Estimate) -> Result<Vec<f64>, Error> {
         let value = |base: &BaseParameter| predicts(estimate, &ParameterId::Base(base.name.clone()));
         self.regressor.parameters().iter().map(value).collect()
     }
 
-    /// Drive gains of an estimate, one per coordinate, N m/A.
+    /// Drive gains of an estimate, one per coordinate, N m/A; `None` for a drive whose gain was not estimated.
     pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
         let gain = |c: &String| estimate.value(&ParameterId::drive_gain(c));
         self.regressor.coordinates().iter().map(gain).collect()
     }
 
-    /// Contribution of a known load to the base parameters.
+    /// The values that a known load adds to the base parameters, in the order of the regressor.
     ///
-    /// Fails where the robot has no such link.
+    /// Fails if the robot has no link with the name in `load`.
     pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Refuses an estimate that was made with another robot or geometry, or does not say with which.
+    /// Fails if `estimate` was made with another robot or geometry, or does not say with which. `file` is named in messages.
     pub fn check_estimate(&self, file: &Path, estimate: &Estimate) -> Result<(), Error> {
         let Some(made_with) = estimate.made_with() else {
             return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
@@ -266,13 +267,13 @@ impl Model {
         self.check_read(file, &made_with, &differences)
     }
 
-    /// Refuses an artefact that was made with another robot or geometry.
+    /// Fails if an artefact was made with another robot or geometry. `file` is named in messages.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         self.check_read(file, made_with, &[])
     }
 
-    /// Refuses an artefact that was made with another robot or geometry. `differences`: sentences on how the options of its
-    /// description differ from the model's options.
+    /// Fails if an artefact was made with another robot or geometry. `differences`: sentences on options of its description
+    /// that differ from the model's options.
     pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
@@ -295,15 +296,15 @@ impl Model {
     }
 }
 
-/// The value of a parameter of an estimate with which torques are predicted.
+/// The value with which torques are predicted, for the parameter `id` of an estimate.
 ///
-/// Fails where it is missing.
+/// Fails if the estimate lacks this parameter.
 pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
     let missing = || Error::new(format_args!("the estimate has no parameter {id}, which this model has"));
     estimate.prediction(id).ok_or_else(missing)
 }
 
-/// The coordinates of a robot, as its file names them.
+/// The coordinates of a robot, with their names in its file, and whether they slide.
 pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let is_prismatic = |k: usize| {
         let joint = robot.joint_of(CoordinateId(k));
@@ -314,7 +315,7 @@ pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     robot.coordinates.iter().enumerate().map(coordinate).collect()
 }
 
-/// The closed configuration that the solver starts from, by name.
+/// The configuration from which the solver follows all others: names and values. Empty if the loops close nowhere.
 fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
     let found = closure.and_then(|mut closure| closure.find_origin(robot.n_coordinates()));
     let Some((q, passive)) = found else { return Vec::new() };
@@ -322,7 +323,7 @@ fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
     q.into_iter().chain(passive).enumerate().map(|(k, x)| (name(k), x)).collect()
 }
 
-/// The columns of the base regressor: their names, and the coordinates that the joints of their links follow.
+/// The columns of the base regressor: the name of each, and the coordinates that the joint of its link follows.
 pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
     let column = |base: &modeling::BaseParameter| {
         let standard = parameters.standard[base.column];
@@ -343,7 +344,7 @@ pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParam
     parameters.base.iter().map(column).collect()
 }
 
-/// The coordinates that the joint of a link follows; none where a loop is closed numerically.
+/// The coordinates that the joint of a link follows; none for a joint that is solved numerically.
 fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
     let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
     terms.filter(|&k| k < robot.n_coordinates()).collect()

@@ -1,4 +1,4 @@
-//! Functions of a robot by the names that users give.
+//! Finds a function of a robot by the name that a user gives.
 
 use modeling::{LinkFrame, ReferenceFrame, RobotFunction};
 use robot::Robot;
@@ -6,11 +6,11 @@ use robot::Robot;
 use crate::error::Error;
 use crate::request::function_names;
 
-/// A function by its name: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label; a link of a URDF
-/// that is fixed to a moving link is allowed. Functions of a link are expressed in the link's frame of the file,
-/// `jacobian=5:base` in the frame of the base, `pose=5:2` in the frame of link 2.
+/// The function with the name `text`: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label; a link
+/// of a URDF that is fixed to a moving link is allowed. Results of a link are in the link's frame of the file; those of
+/// `jacobian=5:base` in the frame of the base, those of `pose=5:2` in the frame of link 2.
 ///
-/// Fails with the list of names where the function or the link is unknown.
+/// Fails with the list of names if the function or the link is unknown.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
     let (name, link) = text.split_once('=').map_or((text, None), |(name, link)| (name, Some(link)));
     let checked = |function: RobotFunction| match function.check(robot) {

@@ -1,4 +1,4 @@
-//! Functions of a robot as source code for a project of the user.
+//! Generates source code with functions of a robot, for a project of the user.
 
 use expr::ConstantValue;
 use modeling::RobotFunction;
@@ -17,37 +17,38 @@ pub enum Language {
     Rust,
     /// C99: a header of this name and a source file; both need math.h.
     C {
-        /// Name of the header, as the source includes it.
+        /// Name of the header in the `#include` of the source.
         header: String,
     },
 }
 
-/// Generated source.
+/// Generated source code.
 pub struct GeneratedSource {
-    /// The file; for C the source file with the functions.
+    /// The text of the file; for C, of the source file with the functions.
     pub text: String,
-    /// The header, only for C.
+    /// The text of the header, only for C.
     pub header: Option<String>,
-    /// Name of each function, with the multiplications, additions, and sines and cosines of one call.
+    /// For each function, its name and the numbers of multiplications, additions, and sines and cosines in one call.
     pub counts: Vec<(String, expr::Count)>,
 }
 
-/// The numbers of an estimate that are written into the source.
+/// The values of an estimate that are written into the source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedValues {
-    /// X, in the order of the base regressor's columns. A parameter that is not identifiable has the value that predictions
-    /// use.
+    /// Base parameters X, in the order of the base regressor's columns. A parameter that is not identifiable has the value with
+    /// which torques are predicted.
     pub base: Vec<f64>,
-    /// FV FS OFF of each coordinate, N m s/rad, N m, N m (N s/m, N, N); zero where the estimate has none.
+    /// Viscous, Coulomb and offset friction FV FS OFF of each coordinate: N m s/rad, N m, N m (N s/m, N, N); zero if the
+    /// estimate has none.
     pub friction: Vec<f64>,
-    /// Parameters that are neither in `base` nor in `friction`: other laws of friction, couplings, gains.
+    /// Names of the parameters that are neither in `base` nor in `friction`: other laws of friction, couplings, gains.
     pub left_out: Vec<String>,
     /// The logs that the estimate was made from.
     pub logs: Vec<String>,
 }
 
 impl IdentifiedValues {
-    /// Writes the numbers as the constants X and F of a module.
+    /// Writes the values into a module, as the constants X and F.
     fn write(&self, module: &mut expr::Module) {
         let from = if self.logs.is_empty() { "experiments".to_string() } else { self.logs.join(", ") };
         let x = format!("X: the base parameters as identified from {from}, SI units.");
@@ -60,18 +61,17 @@ impl IdentifiedValues {
     }
 }
 
-/// Name that stands for gravity compensation, feedforward and computed torque.
+/// The function name by which a user asks for gravity compensation, feedforward and computed torque together.
 pub(crate) const CONTROLLER: &str = "controller";
-/// Functions that the code of a controller calls.
+/// Functions that the generated controllers call.
 const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 
-/// The base regressor and `functions` of a robot as source. `made_by`: the command that the head of the file names.
-/// `values`: numbers that become the constants X and F. `symbols`: lengths, angles and components of gravity that become an
-/// argument, `all` for all of them.
+/// Generates `functions` of a robot as source; the base regressor if `functions` is empty. `made_by`: the command that the head
+/// of the file names. `values`: numbers that become the constants X and F. `symbols`: lengths, angles and components of gravity
+/// that become an argument, `all` for all of them.
 ///
-/// Fails where a symbol that has to be a number has no value, where a function is unknown, and on robots whose derivation
-/// takes long or much memory, unless `any_size` is set. Where the base regressor is asked for, by its name or because
-/// `functions` is empty, it fails where the rank is not clear-cut.
+/// Fails if a symbol that has to be a number has no value, if a function is unknown, or if the derivation would take long or
+/// much memory, unless `any_size` is set. If the base regressor is asked for, it fails also if the rank is not clear-cut.
 pub fn generate(
     robot: &Robot,
     functions: &[String],
@@ -83,7 +83,7 @@ pub fn generate(
 ) -> Result<GeneratedSource, Error> {
     check_size(robot, any_size)?;
     let (controllers, functions): (Vec<&String>, Vec<&String>) = functions.iter().partition(|name| *name == CONTROLLER);
-    // The code of a controller calls these functions.
+    // The generated controllers call these functions.
     let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
     let names = functions.into_iter().map(String::as_str).chain(called.copied());
     let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;

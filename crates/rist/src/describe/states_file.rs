@@ -1,10 +1,10 @@
-//! The regressor or the torque at the states of a CSV file, as CSV, so that other tools can check the results.
+//! Evaluates the regressor or the torque at the states of a CSV file and writes CSV, so that other tools can check the results.
 //!
 //! ```text
 //! q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2   ->   Y_q1_ZZR1,..   or   tau_q1,tau_q2
 //! ```
-//! SI units; a row is a state, and absent columns dq and ddq count as zero. For the torque, a column x_MX2 replaces the
-//! description's value of MX2.
+//! SI units. Each row is a state; missing columns dq and ddq count as zero. For the torque, a column x_MX2 replaces the
+//! description's value of the parameter MX2.
 
 use std::path::Path;
 
@@ -17,9 +17,9 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::StateQuantity;
 
-/// The quantity at each state of the file, as CSV with a header.
+/// Computes `quantity` at each state of the file; returns CSV with a header.
 ///
-/// Fails with the line and column of a cell that is no finite number, and where a column is missing.
+/// Fails with the line and column of a cell that is not a finite number, and fails if a column is missing.
 pub fn evaluate(model: &mut Model, states: &Path, quantity: StateQuantity) -> Result<String, Error> {
     let closure = model.take_closure();
     let (robot, parameters) = (&model.robot, &model.parameters);
@@ -52,16 +52,16 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
 
-/// Largest file of states, bytes: the states and the outputs at all of them are held in memory.
+/// Largest size of a file of states, bytes: all states and their outputs are held in memory.
 const MAX_STATES_BYTES: u64 = 1 << 28;
 
-/// Inputs of the function, row after row.
+/// The inputs of the function for all states, row after row.
 struct StateTable {
     inputs: Vec<f64>,
     n_rows: usize,
 }
 
-/// The source of an input: a column of the file, or one number for every row.
+/// Where an input comes from: a column of the file, or one number for all rows.
 enum InputOrigin {
     Column(usize),
     Number(f64),
@@ -105,7 +105,7 @@ impl StateTable {
                     },
                 });
             }
-            // Passive joints come after the coordinates.
+            // The function takes the passive joints after the coordinates.
             if let Some(closure) = &mut closure {
                 let n = robot.n_coordinates();
                 let passive =
@@ -122,7 +122,7 @@ impl StateTable {
     }
 }
 
-/// Origins of q, dq and ddq; velocities and accelerations without a column are zero.
+/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
 fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<InputOrigin>, Error> {
     let mut origins = Vec::new();
     for quantity in ["q", "dq", "ddq"] {
@@ -144,7 +144,7 @@ fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<In
     Ok(origins)
 }
 
-/// The file's column `x_<parameter>`, or the description's value.
+/// Where a parameter comes from: the file's column `x_<parameter>` if it exists, otherwise the description's value.
 fn parameter_origin(
     robot: &Robot,
     parameter: StandardParameter,

@@ -1,11 +1,12 @@
-//! Checks which lengths, angles and components of gravity stay symbols.
+//! Checks the symbols that a user wants to keep in generated code: lengths, angles and components of gravity.
 
 use robot::Robot;
 
 use crate::error::Error;
 
-/// Refuses symbols that do not exist, and constants without a value in the file. `asked`: the symbols that were asked for;
-/// `kept`: the constants that stay symbols; `constants`: all constants, each with all its names in the file.
+/// Fails if an asked symbol does not exist, or if a constant that becomes a number has no value in the file. `asked`: the
+/// symbols that were asked for; `kept`: the constants that stay symbols; `constants`: all constants, each with all its names in
+/// the file.
 pub fn check_symbols(
     robot: &Robot,
     asked: &[String],

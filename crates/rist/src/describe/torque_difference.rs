@@ -1,32 +1,32 @@
-//! The difference of the torques of two descriptions of one robot.
+//! Compares the torques of two descriptions of one robot.
 //!
 //! ```text
 //! max over states of  |tau_a - tau_b|_inf / |tau_a|_inf
 //! ```
-//! at a few random states; tau_a and tau_b have the inertial parameters of their own descriptions. A body without inertials
-//! has one kilogram in the frame of its file. The difference shows values that a reader rounds or a writer drops.
+//! at a few random states; tau_a and tau_b have the inertial parameters of their own descriptions. A body without inertial
+//! parameters counts as 1 kg in the frame of its file. The result shows values that a reader rounds or a writer drops.
 
 use expr::Tape;
 use modeling::{Closure, Derivation};
 use robot::{Inertial, Robot, StandardParameter, transform_inertial};
 
-/// Number of states: a difference that none of them shows lies in a set of measure zero.
+/// Number of random states: almost every difference shows at random states.
 const N_STATES: usize = 5;
 
-/// Rotor inertia where a description gives none, kg m^2.
+/// Rotor inertia of a joint whose description gives none, kg m^2.
 const DEFAULT_ROTOR_INERTIA: f64 = 0.1;
 
-/// A body of one kilogram in the frame of its file: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg).
+/// Inertial parameters of a 1 kg body in the frame of its file: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg).
 const UNIT_BODY: [f64; 10] = [0.06, 0.01, -0.01, 0.05, 0.01, 0.07, 0.1, -0.05, 0.08, 1.0];
 
-/// The largest difference relative to the torques of `a`; `None` where the numbers of coordinates differ, where a loop does
-/// not close, and where a symbol has no value.
+/// The largest difference over the states, relative to the torques of `a`. `None` if the numbers of coordinates differ, if a
+/// loop does not close, or if a symbol has no value.
 pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
     let n = a.n_coordinates();
     if n == 0 || n != b.n_coordinates() || a.symbols.iter().chain(&b.symbols).any(|s| s.generic) {
         return None;
     }
-    // Coordinates are paired by name where all names agree, else in order, because a writer may have to rename them.
+    // Coordinates are paired by name if all names agree, otherwise in order, because a writer may have to rename them.
     let place = |k: usize| b.coordinates.iter().position(|c| c.name == a.coordinates[k].name);
     let order: Vec<usize> = (0..n).map(place).collect::<Option<_>>().unwrap_or_else(|| (0..n).collect());
     let (mut of_a, mut of_b) = (Torque::new(a)?, Torque::new(b)?);
@@ -43,7 +43,7 @@ pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
     largest.is_finite().then_some(largest)
 }
 
-/// q, dq or ddq (`order` 0, 1, 2) of a coordinate at a state: quasi-random numbers between -1 and 1.
+/// q, dq or ddq (`order` = 0, 1, 2) of a coordinate in state number `state`: quasi-random numbers between -1 and 1.
 fn motion(state: usize, coordinate: usize, order: usize) -> f64 {
     let x = (1 + state) as f64 * 0.754_877_666 + (1 + coordinate) as f64 * 0.569_840_291 + order as f64 * 0.337_521_5;
     2.0 * (x - x.floor()) - 1.0

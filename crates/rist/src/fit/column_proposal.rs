@@ -1,4 +1,4 @@
-//! Names and units for the columns of a log, to paste into the file of options.
+//! Proposes names and units for the columns of a log, to paste into the file of options.
 
 use std::fmt;
 use std::path::Path;
@@ -9,20 +9,20 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 
-/// Number of rows that are read: some seconds are enough to recognise a signal.
+/// Number of rows that are read: some seconds of a log are enough to recognise a signal.
 const READ_ROWS: usize = 20_000;
 
-/// Proposed signals of the columns of a log.
+/// The signals that are proposed for the columns of a log.
 pub struct ColumnProposal {
-    /// The proposed lines, and the signals without a column.
+    /// The proposed lines of the options, and the signals for which no column was found.
     pub proposal: Proposal,
-    /// The headers of the log.
+    /// The headers of the columns of the log.
     pub header: Vec<String>,
 }
 
-/// Searches the first rows of a log for the signals of a robot's coordinates; nothing is derived.
+/// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived.
 ///
-/// Fails where the log cannot be read.
+/// Fails if the log cannot be read.
 pub fn propose_columns(robot: &Robot, path: &Path) -> Result<ColumnProposal, Error> {
     let table = Table::glance(path, READ_ROWS)?;
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();

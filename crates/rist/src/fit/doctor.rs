@@ -20,11 +20,11 @@ use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
-/// Checks logs as an identification with these options would read them.
+/// Checks logs, which are read as by an identification with `options`.
 ///
-/// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without
-/// gains, currents are used unscaled, and the log check gives the gains that the description implies. Fails where a log
-/// cannot be read or does not fit the robot.
+/// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without gains,
+/// currents are used unscaled, and the log check gives the gains that the description implies. Fails if a log cannot be read or
+/// does not fit the robot.
 pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<LogCheck, Error> {
     let mut options = options.clone();
     let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
@@ -35,7 +35,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
     let first = log_check_of(model, logs, &records, gains, &options)?;
-    // Rate columns that are not the derivatives of the positions are not used, and cause no findings.
+    // Velocity and acceleration columns that are not the derivatives of the positions are ignored, so they cause no findings.
     let mut chosen = options.clone();
     let mut found = match sources(&first, &mut chosen).is_empty() {
         true => first,
@@ -55,9 +55,9 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
 }
 
 impl DoctorRequest {
-    /// The options with which logs are checked.
+    /// The options of this request with which logs are checked.
     ///
-    /// Fails where a gain names an unknown coordinate.
+    /// Fails if a gain names an unknown coordinate.
     pub fn options(&self, model: &Model) -> Result<Options, Error> {
         let mut options = self.options.clone().unwrap_or_default();
         options.columns.rate = self.rate.or(options.columns.rate);
@@ -70,8 +70,8 @@ impl DoctorRequest {
     }
 }
 
-/// Writes the remedies of the findings: one request for all findings that are undone together, and one for each finding that
-/// other bodies explain as well.
+/// Writes the remedies into the findings: one common request if options undo them together, and one for each finding that other
+/// bodies also explain.
 fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options, model: &Model) {
     let Some(columns) = logs.first().map(LogSource::names) else { return };
     let are_alike = logs.iter().all(|log| log.names() == columns);
@@ -84,7 +84,7 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
         let together = log_check.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
         let together = say(&together.collect::<Vec<Change>>());
-        // Gains come from a data sheet: the description determines them only roughly.
+        // Drive gains are left out: they come from a data sheet, since the description determines them only roughly.
         let is_said = |f: &&mut Finding| f.instead == number && !f.undo.is_empty() && f.fault != Fault::NoTorque;
         for finding in log_check.findings.iter_mut().filter(is_said) {
             finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
@@ -95,11 +95,11 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
     }
 }
 
-/// Remedy where no option undoes a finding.
+/// The remedy if no option undoes a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// The check of logs and their records. `gains`: the drive gains by which currents became torques, where they are
-/// known. `options`: the options with which the records were made.
+/// Checks logs, with the records made from them. `gains`: the drive gains by which currents became torques, if they are known.
+/// `options`: the options with which the records were made.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
@@ -113,7 +113,7 @@ pub fn log_check_of<R: Records + ?Sized>(
         let described = model.nominal_parameters();
         Ok(log_check(model.regressor(), records, &suspects, described.as_deref())?)
     };
-    // Another mount is searched first, because it may replace findings, whose remedies follow.
+    // Another mount is searched first, because it may replace findings; the remedies are written after that.
     let mut found: LogCheck = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);
@@ -122,13 +122,14 @@ pub fn log_check_of<R: Records + ?Sized>(
             (SourceRecords::new(model.regressor(), logs, &options.preparation())?, model.nominal_parameters());
         Ok(log_check(model.regressor(), &records, &suspects, described.as_deref())?)
     })?;
-    // Loads are searched at the ends of the chains.
+    // A load is searched only on the last bodies of the chains.
     let linear = options.linear_model(model.regressor());
     let (map, described) = (model.standard_map(), model.nominal_parameters());
     let mass = |body: &usize| model.robot.link(model.body_links()[*body]).inertial.map_or(0.0, |of| of[9]);
     let bodies: Vec<(usize, f64)> = last_bodies(model).into_iter().map(|body| (body, mass(&body))).collect();
     found.look_for_load(&linear, records, (&map, described.as_deref()), &bodies)?;
-    // Rates count as measured where a log has their columns and the options do not replace them by derivatives.
+    // Velocities and accelerations count as measured if a log has their columns and the options do not replace these by
+    // derivatives.
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

@@ -1,4 +1,4 @@
-//! Torque per unit of current of each drive: known, or estimated with the parameters.
+//! Drive gains, the torque per unit of current of each drive: known, or estimated with the parameters.
 
 use std::fmt::Write as _;
 
@@ -13,14 +13,14 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use identification::estimate::artefact::Estimate;
 
-/// Puts the known gains into the options, and estimates the missing gains; `None` where all are known.
+/// Writes the known gains into the options, and estimates the missing gains; `None` if all are known.
 pub(crate) fn drive_gains(
     model: &Model,
     logs: &[LogSource],
     given: &[(String, Gain)],
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
-    // Nothing to estimate: torques in the logs, gains in the options, or all gains given.
+    // Cases without anything to estimate: torques in the logs, gains in the options, or all gains given.
     let effort = efforts(logs)?;
     if effort == Effort::Torque {
         return match given.first() {
@@ -38,7 +38,7 @@ pub(crate) fn drive_gains(
         options.transmission.drive_gains = all;
         return Ok(None);
     }
-    // Without any known gain the scale of all torques is undetermined.
+    // If no gain is known, the scale of all torques is undetermined.
     if known.iter().all(|g| *g == Gain::Free) {
         if effort == Effort::PositionError {
             options.transmission.drive_gains = Some(vec![1.0; coordinates.len()]);
@@ -71,9 +71,9 @@ pub(crate) fn drive_gains(
     Ok(Some(found))
 }
 
-/// Whether no gain of position servos is known, so that their torques are unscaled position errors.
+/// Whether the logs hold position errors of servos and no gain is known: their torques are then the unscaled position errors.
 ///
-/// Fails where a gain names an unknown coordinate.
+/// Fails if a gain names an unknown coordinate.
 pub(crate) fn is_own_scale(
     model: &Model,
     logs: &[LogSource],
@@ -89,9 +89,9 @@ pub(crate) fn is_own_scale(
 pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
      which counts as 1 N m/rad (1 N/m where it slides)";
 
-/// The kind of the effort signals of all logs.
+/// The kind of effort signal (torque, current, position error) that all logs have.
 ///
-/// Fails where some hold currents and others position errors: one gain of a joint cannot make torques of both.
+/// Fails if some logs hold currents and others position errors: one gain of a joint cannot turn both into torques.
 fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
     let mut with_gains = logs.iter().filter(|log| log.effort_is().needs_gains());
     let Some(first) = with_gains.next() else { return Ok(Effort::Torque) };
@@ -107,7 +107,7 @@ fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
     }
 }
 
-/// Gains of the request, or else gains of the description, one per coordinate.
+/// The gains of the request, or else the gains of the description, one per coordinate.
 fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
     let described = model.drive_gains();
     let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
@@ -141,9 +141,11 @@ pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, G
     text + "; all results rest on those that were given"
 }
 
-/// Includes the uncertainty of the gains in standard deviations and covariance, because the parameters depend on the gains.
+/// Adds the uncertainty of the gains to the standard deviations and the covariance of an estimate, because the parameters
+/// depend on the gains.
 pub(crate) fn inflate_sigma(estimate: &mut Estimate, gains: &DriveGains) {
-    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its standard deviations.
+    // If the friction terms were chosen after the gains, the parameters differ: the estimate then keeps its standard
+    // deviations.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

@@ -1,4 +1,5 @@
-//! The effects that a request names, as options of RIST-MH: coordinates by their indices, each effect once.
+//! Turns the effects that a request names (ripple, springs, ..) into options of RIST-MH: indices instead of names, each effect
+//! once.
 
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
@@ -8,17 +9,17 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::{Delay, HarmonicRequest, JointSelector, Request};
 
-/// Largest number of ripple periods per turn: a motor of a hundred poles behind a gear of ratio one hundred.
+/// Largest number of ripple periods per turn of a joint: a motor of a hundred poles behind a gear of ratio one hundred.
 const LARGEST_PERIODS_PER_TURN: f64 = 1e4;
 
 impl HarmonicRequest {
-    /// The options of the estimate.
+    /// The options of RIST-MH for this request.
     ///
-    /// Fails where there is no such coordinate, and where a number is out of range.
+    /// Fails if the request names an unknown coordinate, or if a number is out of range.
     pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
         let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
         self.check()?;
-        // The band of the motion covers at least twice the band of the equations.
+        // The frequency band of the motion has to cover at least twice the band of the equations.
         if let Some(hz) = self.cutoff {
             options.band.equations = hz;
             options.band.motion = options.band.motion.max(2.0 * hz);
@@ -31,7 +32,7 @@ impl HarmonicRequest {
         Ok(options)
     }
 
-    /// Ripple, springs, eccentric encoders, elasticity and backlash, each effect once.
+    /// The requested effects on single joints: ripple, springs, eccentric encoders, elasticity and backlash; each once.
     fn joint_effects(&self, model: &Model) -> Result<Vec<Effect>, Error> {
         let n = model.regressor().coordinates().len();
         let joints = |whose: &JointSelector| match whose {
@@ -40,7 +41,7 @@ impl HarmonicRequest {
         };
         let of =
             |what: &str, whose: &JointSelector| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
-        // Ripple also needs its number of periods per turn, the other effects need only their joints.
+        // Ripple needs its number of periods per turn too; the other effects need only their joints.
         let mut found = Vec::new();
         for (whose, periods) in &self.ripple {
             if !(*periods > 0.0 && *periods <= LARGEST_PERIODS_PER_TURN) {

@@ -25,34 +25,34 @@ use identification::estimate::artefact::Estimate;
 /// The logs of a plan that was run.
 #[derive(Clone, Copy)]
 pub struct ExperimentLogs<'a> {
-    /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of experiments repeated with a load.
+    /// The folder with `e01.csv`, .. named after the experiments, and `e01_loaded.csv`, .. of experiments repeated with a load.
     pub directory: &'a Path,
     /// The plan that was run.
     pub plan: &'a ExperimentPlan,
 }
 
 impl ExperimentLogs<'_> {
-    /// The names of all logs that may be read, whether they exist or not.
+    /// The paths of all logs that may be read, whether they exist or not.
     pub fn files(&self) -> Vec<PathBuf> {
         let names = self.plan.experiments.iter().flat_map(|e| [plain(&e.name), loaded(&e.name)]);
         names.map(|name| self.directory.join(name)).collect()
     }
 }
 
-/// The name of the log of an experiment.
+/// The file name of the log of the experiment `experiment`.
 fn plain(experiment: &str) -> String {
     format!("{experiment}.csv")
 }
 
-/// The name of the log of an experiment with a load.
+/// The file name of the log of this experiment repeated with a load.
 fn loaded(experiment: &str) -> String {
     format!("{experiment}_loaded.csv")
 }
 
-/// Identifies the base parameters, and the unknown drive gains, from the experiments of a plan, by all harmonics and with
-/// friction.
+/// Identifies base parameters, friction and unknown drive gains from the experiments of a plan, by RIST-MH, which uses all
+/// harmonics.
 ///
-/// Fails where a log is missing or does not belong to its experiment, and where the scale of currents is not identifiable.
+/// Fails if a log is missing or does not belong to its experiment, or if the scale of currents is not identifiable.
 pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &HarmonicRequest) -> Result<Estimate, Error> {
     let options = request.options(model)?;
     identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
@@ -60,7 +60,7 @@ pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &Harmo
 
 /// Identifies the parameters from the experiments of a plan by the paper's rows, which have no friction.
 ///
-/// Fails as [`identify_experiments`] does.
+/// Fails like [`identify_experiments`].
 pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
     request.check()?;
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
@@ -68,27 +68,27 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
 
 /// Identifies the parameters by the paper's rows, and the drive gains by the paper's total least squares.
 ///
-/// Fails as [`identify_experiments`] does, and where all gains are known.
+/// Fails like [`identify_experiments`], and if all gains are known.
 pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
     request.check()?;
     identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
 }
 
-/// Identifies from the logs of a plan by a method that simulates its experiments.
+/// A function that identifies parameters from the logs of a plan, and simulates the experiments for this.
 pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method) -> Result<Estimate, Error>;
 
 static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
 
-/// Sets the method that simulates, or the error text where none was built in; only the first call counts.
+/// Registers this function, or the error text if none was built in; only the first call has an effect.
 pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
     IN_LOOP.get_or_init(|| identify);
 }
 
-/// Identifies the parameters by IDIM-IV or DIDIM, which simulate the experiments in closed loop; another package registers
-/// them.
+/// Identifies the parameters by IDIM-IV or DIDIM, which simulate the experiments in closed loop. Another package registers
+/// these methods.
 ///
-/// Fails as [`identify_experiments`] does, where a gain of currents is not known, where a simulation breaks down, where a
-/// parameter is not identifiable, and where no package has registered the method.
+/// Fails like [`identify_experiments`]; fails if a gain of currents is not known, if a simulation breaks down, if a parameter
+/// is not identifiable, or if no package has registered the method.
 pub fn identify_experiments_in_loop(
     model: &Model,
     logs: ExperimentLogs,
@@ -115,7 +115,7 @@ fn identify_by(
         experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
     }
     let mut remark = None;
-    // Logs of the same experiments with a known load, where they exist.
+    // Logs of the same experiments with a known load, if they exist.
     if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
@@ -142,9 +142,9 @@ fn identify_by(
     Ok(estimate)
 }
 
-/// Identifies the parameters from experiments that were read already. `gains`: one per coordinate.
+/// Identifies the parameters from experiments that are already in memory. `gains`: one drive gain per coordinate.
 ///
-/// Fails as [`identify_spectrum`] does.
+/// Fails like [`identify_spectrum`].
 pub fn identify_records(
     model: &Model,
     experiments: &[SpectralExperiment],
@@ -161,7 +161,7 @@ pub fn identify_records(
     Ok(estimate)
 }
 
-/// Uncertainty of the torques of the bodies, by use; friction is a nuisance of the experiments and not included. Empty where
+/// Uncertainty of the torques of the bodies, one per use. Friction is not included: it only disturbs the experiments. Empty if
 /// a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
@@ -177,11 +177,11 @@ fn errors_of_bodies(
     torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
 }
 
-/// Scatter of a position between periods, relative to its range, above which the motion counts as not periodic. In periodic
-/// logs, noise causes a scatter below 0.01. A saturated drive causes a scatter of 1.
+/// A motion counts as not periodic if a position scatters between periods by more than this share of its range. Noise in
+/// periodic logs gives less than 0.01, a saturated drive gives 1.
 const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
-/// A sentence on an experiment whose motion does not repeat.
+/// A sentence on an experiment whose motion does not repeat; `None` if it repeats.
 fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
     let (joint, scatter) = experiment.scatter()?;
     (scatter > UNLIKE_PERIODS_SCATTER).then(|| {
@@ -198,16 +198,16 @@ fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<
 pub struct ExperimentReader<'a> {
     /// The robot.
     pub model: &'a Model,
-    /// The names of the columns.
+    /// The names of the columns in the logs.
     pub columns: &'a ColumnNames,
-    /// Whether a log held currents.
+    /// Whether one of the logs read so far held currents.
     pub currents: bool,
-    /// The logs that were read.
+    /// The names of the logs read so far.
     pub files: Vec<String>,
 }
 
 impl ExperimentReader<'_> {
-    /// The experiment that a log was recorded from. Fails where the log is too short.
+    /// Reads the log at `path` of an experiment with the motion `trajectory`. Fails if the log is too short.
     fn experiment(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<SpectralExperiment, Error> {
         let record = self.record(path, trajectory)?;
         let found = record.q.first().map_or(0, Vec::len);
@@ -218,7 +218,7 @@ impl ExperimentReader<'_> {
         })
     }
 
-    /// The record of an experiment. Fails where its sample time differs from the plan.
+    /// Reads the record of an experiment. Fails if its sample time differs from the plan's.
     pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         if log.effort_is == Effort::PositionError {
@@ -243,11 +243,12 @@ impl ExperimentReader<'_> {
     }
 }
 
-/// Largest relative difference of sample times that count as equal. Four periods of a thousand samples then end within
+/// Sample times that differ relatively by up to this value count as equal. Four periods of a thousand samples then end within
 /// four samples of the expected end.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
 
-/// The drive gains, one per coordinate, 1 for torques. Currents need the gain of at least one drive, or a load.
+/// The drive gains, one per coordinate; 1 if the logs hold torques. With currents, the gain of at least one drive, or a load,
+/// is needed.
 fn gains(model: &Model, currents: bool, request: &PaperRequest) -> Result<Vec<Gain>, Error> {
     let coordinates = model.regressor().coordinates();
     let n = coordinates.len();

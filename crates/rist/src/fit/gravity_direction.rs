@@ -1,13 +1,14 @@
-//! The direction of gravity, for a log that the description does not predict with its mount of the base.
+//! Searches the direction of gravity, if the description does not predict a log with its own mount of the base.
 //!
 //! The torque of the described bodies is linear in gravity g in the frame of the base:
 //!
 //! ```text
 //! tau_j ~ a P_j(q, dq, ddq) + sum_i b_i G_ij(q) + terms in ddq_j, dq_j, its direction and 1
 //! ```
-//! P is the torque without gravity, G_i the torque of unit gravity along axis i. Least squares over all joints, each divided
-//! by the norm of its torque, gives b, which points along gravity. The mount is accepted where the residual of the torques
-//! then falls strongly, and where the check of the turned robot has no gross finding, or fewer, which are reported too.
+//! tau_j: torque of joint j; P_j: its torque by the described bodies without gravity; G_ij: its torque by unit gravity along
+//! axis i of the base. Least squares over all joints, each divided by the norm of its torque, gives b, which points along
+//! gravity. The mount is accepted if the residual of the torques then falls strongly, and if the check of the turned robot has
+//! no gross finding, or fewer, which are reported too.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{Fault, Finding};
@@ -21,72 +22,75 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::mount::{Tilt, axes};
 
-/// Number of samples that are evaluated.
+/// Number of samples of the log that are evaluated.
 const EVALUATED_SAMPLES: usize = 400;
-/// Residual of the torques, over the residual with the described mount, below which another mount is accepted.
+/// Another mount is accepted if its residual of the torques, divided by the residual with the described mount, is below this
+/// value.
 const ACCEPTED_RESIDUAL_RATIO: f64 = 0.5;
-/// Ratio of squared residuals, new mount over described mount, up to which a mount is reported for a short motion.
+/// For a short motion, another mount is reported only if its squared residual, divided by that of the described mount, is at
+/// most this value.
 const SHORT_MOTION_RATIO: f64 = 0.1;
-/// Least number of samples of a joint, which has four columns of its own.
+/// Least number of samples of a joint: four columns (ddq, dq, its direction, 1) are fitted to it alone.
 const LEAST_SAMPLES: usize = 9;
-/// Squared relative residual below which a joint's torque counts as explained.
+/// The torque of a joint counts as explained if its squared relative residual is below this value.
 const EXPLAINED_JOINT_RESIDUAL: f64 = 0.5;
-/// Squared relative residual of the description below which no other mount is searched.
+/// No other mount is searched if the squared relative residual of the description is below this value.
 const LEAST_UNEXPLAINED_SHARE: f64 = 0.1;
-/// Smallest rotation of gravity that is searched here, rad: smaller ones are identified by the fit, with free bodies.
+/// Smallest rotation of gravity that is searched here, rad. The fit identifies smaller rotations, because its bodies are free.
 const SMALLEST_TURN_RAD: f64 = 0.26;
-/// Bases are usually mounted along an axis: a direction within this angle of an axis is replaced by the axis, rad.
+/// A direction within this angle of an axis of the base is replaced by the axis, rad: bases are usually mounted along an axis.
 const AXIS_TOLERANCE_RAD: f64 = 0.09;
 
-/// Range of the common factor of the described bodies' torques.
+/// Range of a common factor that is fitted to the torques of the described bodies.
 const LEAST_FACTOR: f64 = 0.5;
 const LARGEST_FACTOR: f64 = 2.0;
 
-/// The samples of a log, and the torques of each joint with their predictions.
+/// The samples of a log, and for each joint its torques with the columns that predict them; `None` for a joint without use.
 struct SampledLog {
     states: States,
     joints: Vec<Option<GravityOfJoint>>,
 }
 
-/// One joint: its torque, and P and G of the description by axis, after projection on the complement of the joint's own
-/// columns, divided by the norm of the projected torque.
+/// The samples of one joint: its torque, and P and G of the description by axis. The joint's own columns (ddq, dq, its
+/// direction, 1) are projected out of all, and all are divided by the norm of the projected torque.
 struct GravityOfJoint {
     torque: DVector<f64>,
     columns: DMatrix<f64>,
 }
 
-/// Gravity in the frame of the base, m/s^2, and the relative residual of the torques with it and with the described mount.
+/// A found gravity vector in the frame of the base, m/s^2, with the relative residuals of the torques: `left` with this vector,
+/// `before` with the described mount.
 struct Gravity {
     vector: Vector3<f64>,
     left: f64,
     before: f64,
-    /// The joints whose torque it explains: both residuals are over these joints.
+    /// The joints whose torque this vector explains: both residuals are over these joints.
     joints: Vec<usize>,
 }
 
-/// Gravity by the records, m/s^2 in the frame of the base, as an initial guess. The described vector where its residual is
-/// not larger, and for robots that [`Tilt`] does not support.
+/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the described vector if its
+/// residual is not larger, and for robots that [`Tilt`] does not support.
 ///
-/// Fails where a record cannot be read.
+/// Fails if a record cannot be read.
 pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Vector3<f64>, Error> {
     let described = Vector3::from(model.robot.gravity_number());
     let found = SampledLog::of(model, records)?.and_then(|look| look.gravity(described));
     Ok(found.filter(|found| found.left < found.before).map_or(described, |found| found.vector))
 }
 
-/// The orientation of the base under which gravity has this direction in its frame: the described orientation, rotated by
-/// the smallest angle.
+/// The orientation of the base with which gravity has the direction `gravity` in the base frame: the described orientation,
+/// rotated by the smallest possible angle.
 pub fn base(model: &Model, gravity: &Vector3<f64>) -> Rotation3<f64> {
     let described = Vector3::from(model.robot.gravity_number());
-    // Opposite directions: half a turn about an axis across gravity.
+    // If the directions are opposite: half a turn about an axis perpendicular to gravity.
     let turn = Rotation3::rotation_between(gravity, &described)
         .unwrap_or_else(|| Rotation3::from_scaled_axis(axes(&described)[0].1 * std::f64::consts::PI));
     turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn
 }
 
-/// Adds a mount to the findings of a log check, where one explains the log. `again` checks the log with another model.
+/// Adds another mount to the findings of a log check, if it explains the log. `again`: checks the log with another model.
 ///
-/// Fails where a record cannot be read.
+/// Fails if a record cannot be read.
 pub(crate) fn look_for_mount<R: Records + ?Sized>(
     model: &Model,
     records: &R,
@@ -100,25 +104,26 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let Some(look) = SampledLog::of(model, records)? else { return Ok(()) };
     let described = Vector3::from(model.robot.gravity_number());
     let Some(gravity) = look.gravity(described).filter(|found| look.is_mount(found, &described)) else { return Ok(()) };
-    // Five digits: with fewer, the rounded pi/2 would not count as a quarter turn.
+    // Five digits, because pi/2 with fewer digits would not be recognised as a quarter turn.
     let rpy = rounded_rpy(&base(model, &gravity.vector), 5);
-    // A mount under which the base parameters cannot be derived is not advised.
+    // A mount with which the base parameters cannot be derived is not proposed.
     let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
     let turned = again(&turned)?;
-    // A mount under which gross findings remain is not the cause.
+    // If gross findings remain with this mount, it is not the cause.
     if turned.findings.iter().any(|f| f.fault.is_gross() && f.tried.is_none()) {
         return Ok(());
     }
     let shares =
         [log_check.unexplained(), turned.findings.iter().find_map(|f| f.tried).map_or(turned.unexplained(), |t| t[1])];
-    // In a short motion, a partial explanation is chance.
+    // In a short motion, a partial explanation may be chance.
     if log_check.is_short && shares[1] > SHORT_MOTION_RATIO * shares[0] {
         return Ok(());
     }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
-    // Other explanations stay where their residual is as small; they stay alone where they are better or need fewer faults.
+    // Other explanations are kept beside the mount if their residual is as small. They are kept alone if their residual is
+    // smaller or if they need fewer faults.
     let own: Vec<[f64; 2]> = log_check.findings.iter().filter(|f| f.instead == 0).filter_map(|f| f.tried).collect();
     let gross_count = turned.findings.iter().filter(|f| f.fault.is_gross()).count();
     let left = own.iter().map(|tried| tried[1]).reduce(f64::max);
@@ -153,7 +158,7 @@ impl Gravity {
     }
 }
 
-/// The option and the joint of a URDF that set the mount; roll, pitch and yaw in rad.
+/// Text for the user: the option, and the joint of a URDF, that set the mount; roll, pitch and yaw in rad.
 pub fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     format!(
         "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
@@ -161,7 +166,7 @@ pub fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     )
 }
 
-/// Whether another mount could be the cause.
+/// Whether another mount could be the cause of this fault.
 fn may_be_mount(fault: Fault) -> bool {
     matches!(
         fault,
@@ -190,7 +195,7 @@ impl SampledLog {
             return None;
         }
         let described = model.robot.gravity_number();
-        // P, then G by axis; each has n entries per sample.
+        // The columns P, G_x, G_y, G_z; each has n entries per sample.
         let mut columns = [const { Vec::new() }; 4];
         let mut rows = vec![0.0; n * p];
         for r in 0..states.len() {
@@ -208,11 +213,11 @@ impl SampledLog {
         Some(SampledLog { states, joints })
     }
 
-    /// Squared relative residual of each joint's torque with this gravity, m/s^2; `None` for a joint without torque.
+    /// Squared relative residual of each joint's torque with the vector `gravity`, m/s^2; `None` for a joint without torque.
     fn by_joint(&self, gravity: Vector3<f64>) -> Vec<Option<f64>> {
         let of_joint = |GravityOfJoint { torque, columns }: &GravityOfJoint| {
             let predicted = columns * Vector4::new(1.0, gravity.x, gravity.y, gravity.z);
-            // Described bodies have errors of tens of per cent, so a common factor of their torques is fitted.
+            // Descriptions are wrong by tens of per cent, so a common factor is fitted to their torques.
             let slope = predicted.dot(torque) / predicted.norm_squared().max(f64::MIN_POSITIVE);
             let slope = slope.clamp(LEAST_FACTOR, LARGEST_FACTOR);
             (torque - predicted * slope).norm_squared()
@@ -220,7 +225,7 @@ impl SampledLog {
         self.joints.iter().map(|joint| joint.as_ref().map(of_joint)).collect()
     }
 
-    /// Gravity by least squares, with the length of `described`; `None` where no direction is determined.
+    /// Gravity by least squares, scaled to the length of `described`; `None` if no direction is determined.
     fn gravity(&self, described: Vector3<f64>) -> Option<Gravity> {
         let (mut normal, mut right) = (DMatrix::zeros(4, 4), DVector::zeros(4));
         for GravityOfJoint { torque, columns } in self.joints.iter().flatten() {
@@ -233,7 +238,7 @@ impl SampledLog {
         let axis = Vector3::ith(nearest, direction[nearest].signum());
         let direction = if direction.angle(&axis) < AXIS_TOLERANCE_RAD { axis } else { direction };
         let vector = direction * described.norm();
-        // The torques of light joints are not predicted by descriptions: joints count where gravity explains them.
+        // Descriptions do not predict the torques of light joints: only joints whose torque gravity explains count.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT_RESIDUAL);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
@@ -241,21 +246,21 @@ impl SampledLog {
         Some(Gravity { vector, left, before, joints })
     }
 
-    /// Whether another mount explains the log.
+    /// Whether `found` is large enough, and explains the log well enough, to be reported as another mount.
     fn is_mount(&self, found: &Gravity, described: &Vector3<f64>) -> bool {
         found.vector.angle(described) > SMALLEST_TURN_RAD
             && found.joints.len() >= 2.min(self.states.n)
             && found.left < ACCEPTED_RESIDUAL_RATIO * found.before
     }
 
-    /// Relative residual of the torques of some joints with this gravity, all joints weighted equally.
+    /// Relative residual of the torques of `joints` with the vector `gravity`, all joints weighted equally.
     fn left(&self, gravity: Vector3<f64>, joints: &[usize]) -> f64 {
         mean(&self.by_joint(gravity), joints)
     }
 }
 
 impl GravityOfJoint {
-    /// Joint j; `None` where its own columns explain its whole torque, or it has too few samples.
+    /// The samples of joint j; `None` if its own columns explain its whole torque, or if it has too few samples.
     fn of(states: &States, columns: &[Vec<f64>; 4], j: usize) -> Option<GravityOfJoint> {
         let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
         if used.len() < LEAST_SAMPLES {
@@ -273,12 +278,12 @@ impl GravityOfJoint {
     }
 }
 
-/// The matrix where all entries are finite: the decomposition of any other does not terminate.
+/// The matrix if all its entries are finite, otherwise `None`: its decomposition would not terminate.
 fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     matrix.iter().all(|x| x.is_finite()).then_some(matrix)
 }
 
-/// Root of the mean of the squares of some joints.
+/// Root of the mean of `by_joint` (squared residuals) over `joints`.
 fn mean(by_joint: &[Option<f64>], joints: &[usize]) -> f64 {
     (joints.iter().filter_map(|&j| by_joint[j]).sum::<f64>() / joints.len().max(1) as f64).sqrt()
 }

@@ -1,4 +1,4 @@
-//! Identifies the load on a link, from logs with it and logs without.
+//! Identifies the load on a link, from logs with the load and logs without it.
 
 use std::fmt;
 
@@ -21,37 +21,39 @@ use robot::{Inertial, LinkId, transform_inertial};
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// A load with its uncertainty.
+/// An identified load with its uncertainty.
 pub struct Load {
-    /// The link that carries it.
+    /// The link that carries the load.
     pub link: String,
-    /// Whether all its parameters are determined. They are then in the link's frame of the model's file, otherwise in the
+    /// Whether all ten parameters are determined. They are then in the link's frame of the model's file, otherwise in the
     /// link's modified DH frame.
     pub is_whole: bool,
-    /// XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
+    /// The parameters XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
-    /// Standard deviations; they include the autocorrelation of the residuals.
+    /// Standard deviations of the parameters; they include the autocorrelation of the residuals.
     pub sigma: Ten,
     /// Whether each parameter is identifiable.
     pub determined: [bool; 10],
-    /// The source of their scale.
+    /// The source of the scale of the parameters.
     pub scale: LoadScale,
-    /// Whether they are in the user's frame, although not all are determined.
+    /// Whether the parameters are in the frame of the user's file, although not all are determined.
     pub in_file_frame: bool,
 }
 
-/// Source of the scale of a load: a relative error of the signals' scale is the same error of all ten parameters.
+/// The source of the scale of a load. If the scale of the signals is wrong by some per cent, all ten parameters are wrong by
+/// the same per cent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadScale {
-    /// A force sensor; its verdict includes the scale.
+    /// A force sensor; the verdict on the sensor includes its scale.
     Sensor,
-    /// Torques as logged, or gains as given; with the least common factor that the log check would have detected, if any.
+    /// Torques as logged, or gains as given. The number is the smallest common factor that the log check would have detected;
+    /// `None` if it would detect none.
     AsLogged(Option<f64>),
     /// Estimated drive gains; the standard deviation of the load includes their standard deviation.
     Gains,
 }
 
-/// The sources of the torques' scale in a fit, and what is known of its error.
+/// The sources of the torques' scale in a fit, and what is known about errors of this scale.
 pub(crate) struct Scales<'a> {
     pub(crate) gains: Option<&'a DriveGains>,
     pub(crate) faults: &'a [HypothesisTest],
@@ -59,8 +61,8 @@ pub(crate) struct Scales<'a> {
 }
 
 impl Scales<'_> {
-    /// Covariance (n x n) of the relative errors of the joints' torques: of the estimated gains, or, joint by joint, of the
-    /// scales that the fit tested.
+    /// Covariance (n x n) of the relative scale errors of the joints' torques: from the estimated gains, or else, joint by
+    /// joint, from the scales that the fit tested.
     fn covariance(&self, n: usize) -> DMatrix<f64> {
         if let Some(gains) = self.gains {
             let sigma: Vec<f64> = gains.gain_deviation.iter().zip(&gains.gain).map(|(s, k)| s / k.abs()).collect();
@@ -75,9 +77,10 @@ impl Scales<'_> {
     }
 }
 
-/// The load in the loaded logs. Its covariance is the sum of the parts by residuals and by scales of the joints' torques.
+/// Identifies the load in the logs `loaded`. Its covariance is the sum of two terms: by the residuals, and by the scales of the
+/// joints' torques.
 ///
-/// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
+/// Fails if the link does not exist or is ambiguous, or if the logs cannot be read.
 pub(crate) fn load(
     model: &Model,
     map: &StandardMap,
@@ -96,14 +99,15 @@ pub(crate) fn load(
     let found = payload(&without, &with, &fit.weights, map, index)?;
     let carrier = model.robot.link(model.body_links()[index]);
 
-    // x' = T x: columns of T are the unit parameters in the other frame.
+    // The other frame has x' = T x: column k of T is the transformed unit vector k.
     let is_whole = found.determined.iter().all(|d| *d);
     let to_file = carrier.file_frame.inverse();
     let unit = |k: usize| -> Ten { std::array::from_fn(|i| f64::from(i == k)) };
     let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
-    // Residuals are autocorrelated, so intervals are wider than for white noise. Cov = T (C d + S R S^T) T^T, d: discount.
+    // Cov = T (C d + S R S^T) T^T. C: for white noise; d: discount, because residuals are autocorrelated; S: slopes of the
+    // parameters by the torque scales; R: covariance of these scales.
     let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
     let of_scales = &by_scale * of_scales * by_scale.transpose();
     let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
@@ -116,8 +120,8 @@ pub(crate) fn load(
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
-/// The body that carries the load: the named body (or the body with a fixed link of this name), otherwise the last body,
-/// if the chain has only one end.
+/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed; without a name
+/// the last body, if the chain has only one end.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();
@@ -140,7 +144,7 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     }
 }
 
-/// The bodies at the ends of the chains, which are the antecedent of no link.
+/// The bodies at the ends of the chains: no other link follows them.
 pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
     let ids = model.body_links();
     let is_last = |body: &usize| model.robot.links.iter().all(|other| other.antecedent != Some(ids[*body]));
@@ -148,7 +152,8 @@ pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
 }
 
 impl Load {
-    /// The 95 % interval of the mass, kg, with the common factor that could be undetected; `None` where the factor has no bound.
+    /// The 95 % interval of the mass, kg. It includes the common factor that could be undetected; `None` if this factor has no
+    /// bound.
     pub fn mass_interval(&self) -> Option<[f64; 2]> {
         let factor = match self.scale {
             LoadScale::AsLogged(factor) => factor?,
@@ -158,7 +163,7 @@ impl Load {
         Some([(mass - certain) / factor, (mass + certain) * factor])
     }
 
-    /// A sentence on the source of the load's scale; `None` for a sensor.
+    /// A sentence on the source of the load's scale; `None` for a force sensor.
     fn of_scale(&self) -> Option<String> {
         let logged = "in the units of the torques as logged: a common factor";
         Some(match (self.scale, self.mass_interval()) {
@@ -174,8 +179,8 @@ impl Load {
         })
     }
 
-    /// Mass (kg), centre of mass (m) and the inertia about it (kg m^2), in the axes of the link's frame of the model's file;
-    /// `None` where the logs do not determine a physically possible body.
+    /// Mass (kg), centre of mass (m) and the inertia about it (kg m^2), in the axes of the link's frame of the model's file.
+    /// `None` if the logs do not determine the mass and all other parameters, or if the body is physically impossible.
     pub fn body(&self) -> Option<Centroidal> {
         let is_determined = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
         let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;
@@ -183,8 +188,8 @@ impl Load {
     }
 }
 
-/// Writes a load in the syntax of robot controllers; each takes the centre of mass (m), and the inertia about it (kg m^2), in
-/// the axes of its flange. Without the inertia, controllers that need it are left out.
+/// Writes a load in the syntax of robot controllers. Each takes the centre of mass (m), and the inertia about it (kg m^2), in
+/// the axes of its flange. If the inertia is unknown, controllers that need it are left out.
 ///
 /// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
 /// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last line is the file of rist's own `load`.
@@ -195,7 +200,7 @@ fn words_of_controllers(
     centre: [f64; 3],
     inertia: Option<[f64; 6]>,
 ) -> fmt::Result {
-    // Rounded to the printed digits, so that no entry is printed as -0.
+    // Rounded to the printed digits; adding 0 avoids that an entry is printed as -0.
     let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
     let [x, y, z] = centre.map(|x| rounded(x, 1e4));
     let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
@@ -218,7 +223,7 @@ fn words_of_controllers(
 }
 
 impl Load {
-    /// Writes the parameters and the centre of mass; where the load may be used, also in the syntax of controllers.
+    /// Writes the parameters and the centre of mass; if `may_be_used`, also in the syntax of controllers.
     pub fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
@@ -250,7 +255,8 @@ impl Load {
         match self.body() {
             _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
-            // Only all ten parameters can be transformed into the frame of the file; the centre alone needs to be in it.
+            // Ten parameters can be transformed into the frame of the file only together; otherwise the centre has to be in it
+            // already.
             None if is_point && self.in_file_frame && !self.is_whole => {
                 words_of_controllers(f, &self.link, mass, centre, None)
             }
@@ -283,7 +289,8 @@ mod tests {
         }
     }
 
-    /// 2 kg at (0.1, 0, 0.2) m with 0.01, 0.02 and 0.025 kg m^2 about it: each syntax gives these values in its own order.
+    /// A load of 2 kg at (0.1, 0, 0.2) m with 0.01, 0.02 and 0.025 kg m^2 about it: each syntax gives these values in its own
+    /// order.
     #[test]
     fn a_load_is_told_in_the_words_of_controllers() {
         let (m, [x, z]) = (2.0, [0.1, 0.2]);
@@ -300,7 +307,7 @@ mod tests {
         ] {
             assert!(shown.contains(line), "{line}\n{shown}");
         }
-        // No factor is mentioned where estimated gains or a sensor scale the load.
+        // No common factor is mentioned if estimated gains or a sensor scale the load.
         for scale in [LoadScale::Gains, LoadScale::Sensor] {
             let other = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
             assert!(!other.to_string().contains("factor"), "{other}");

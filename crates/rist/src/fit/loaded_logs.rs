@@ -1,4 +1,4 @@
-//! Logs as read with a model and options: their records, the log check, and the rows if the same pass computed them.
+//! Logs that were read with a model and options: their records, the log check, and their rows if the same pass computed them.
 
 use identification::estimate::identify::Fit;
 use identification::estimate::log_check::LogCheck;
@@ -13,26 +13,26 @@ use crate::error::Error;
 use crate::fit::doctor::log_check_of;
 use crate::fit::undetermined::may_lack_rotors;
 
-/// Logs that were read, with the options of the reading.
+/// Logs that were read, with everything that was computed from them.
 pub(crate) struct LoadedLogs<'a> {
-    /// The options that they were read with: other options need a new reading.
+    /// The options with which the logs were read: other options need a new reading.
     pub options: Options,
     pub records: SourceRecords<'a>,
     pub log_check: LogCheck,
-    /// The rows, where they were computed.
+    /// The rows of the equations; `None` if they were not computed.
     pub rows: Option<Observation>,
-    /// The rows with the columns of rotor inertias, where they were computed.
+    /// The rows with columns for rotor inertias; `None` if they were not computed.
     pub with_rotors: Option<WithRotors>,
 }
 
 impl<'a> LoadedLogs<'a> {
-    /// Reads and checks logs. Fails where a log cannot be read.
+    /// Reads and checks logs. Fails if a log cannot be read.
     pub(crate) fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<LoadedLogs<'a>, Error> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let gains = options.transmission.drive_gains.as_deref();
         let (log_check, rows, with_rotors) = match records.are_made_anew() {
             false => (log_check_of(model, logs, &records, gains, options)?, None, None),
-            // Computing these states a second time costs more than computing rows in the same pass.
+            // These records are computed on each use; so the rows are computed in the same pass as the check.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
                 let look = |records: &SinglePass<SourceRecords<'_>>| log_check_of(model, logs, records, gains, options);
@@ -51,9 +51,9 @@ impl<'a> LoadedLogs<'a> {
         Ok(LoadedLogs { options: options.clone(), records, log_check, rows, with_rotors })
     }
 
-    /// The fit to the logs, with the options that they were read with.
+    /// Fits the parameters to the logs, with the options that the logs were read with.
     ///
-    /// Fails where a log cannot be read, and where no joint moves.
+    /// Fails if a log cannot be read, or if no joint moves.
     pub(crate) fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
         let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
         let rows = match (&self.rows, &self.with_rotors) {

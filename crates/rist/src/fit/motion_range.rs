@@ -1,4 +1,4 @@
-//! The range of motion that logs cover, and the range that the description allows.
+//! The range of positions, speeds and accelerations that logs cover, and the range that the description allows.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -7,10 +7,11 @@ use identification::rows::observation::Observation;
 
 use crate::describe::model::Model;
 
-/// Position limits farther apart than this count as no limits, rad (m); so do higher limits of speed, rad/s (m/s).
+/// A range of position larger than this, rad (m), counts as no limit; so does a limit of speed above this, rad/s (m/s).
 const LIMITLESS_POSITION: f64 = 1e3;
 
-/// The range of motion of the logs. Acceleration = 2 pi f95 x largest speed, rad/s^2 (m/s^2).
+/// The range of motion of the logs. The acceleration of a joint is estimated as 2 pi f95 times its largest speed, rad/s^2
+/// (m/s^2); f95: the frequency below which 95 % of its signal is.
 pub(crate) fn seen(observation: &Observation) -> MotionRange {
     let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
     let acceleration = |(speed, f95): (&f64, &f64)| {
@@ -43,8 +44,9 @@ pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTr
     }
 }
 
-/// The range of motion that the description allows. Without limits: a whole turn, otherwise the range and speed of `seen`.
-/// The acceleration is scaled with the speed, for the same frequencies as in `seen`.
+/// The range of motion that the description allows. Without a limit of position, a turning joint gets one turn, a sliding one
+/// the range of `seen`; without a limit of speed, the speed is that of `seen`. The acceleration is scaled with the speed, which
+/// keeps the frequencies of `seen`.
 pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {

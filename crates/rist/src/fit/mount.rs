@@ -1,8 +1,8 @@
-//! The torques that a tilt of the base causes: gravity is rotated about the axes of the base.
+//! The torques that a tilt of the base causes: gravity is rotated about axes of the base.
 //!
-//! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by e x g a. The torques
-//! per radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself
-//! is not observable, so there are two axes, across gravity: the two axes of the base that are farther from gravity, made
+//! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by e x g a. The torques per
+//! radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself has no
+//! effect, so there are two axes, both perpendicular to gravity: the two axes of the base that are farthest from gravity, made
 //! orthogonal to it and to each other.
 
 use std::cell::RefCell;
@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use robot::value::Value;
 use robot::{Robot, StandardParameter};
 
-/// Two orthogonal axes across gravity (which is not zero), in the frame of the base, each with the number of the nearest axis
-/// of the base.
+/// Two orthogonal axes perpendicular to gravity (which is not zero), in the frame of the base, each with the number of the
+/// nearest axis of the base.
 pub fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
     let along = gravity.normalize();
     let across = |axis: usize, others: &[Vector3<f64>]| {
@@ -34,8 +34,9 @@ pub struct Tilt {
 }
 
 impl Tilt {
-    /// Tilts about both axes across gravity, each with the number of the nearest axis of the base; empty for a robot without
-    /// described bodies, and for one whose loops are solved numerically. `changes`: added to the described parameters.
+    /// Tilts about both axes perpendicular to gravity, each with the number of the nearest axis of the base. Empty for a robot
+    /// without described bodies, and for one whose loops are solved numerically. `changes`: values added to the described
+    /// parameters.
     pub(crate) fn both(robot: &Robot, changes: &[(StandardParameter, f64)]) -> Vec<(usize, Tilt)> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
         let gravity = Vector3::from(robot.gravity_number());
@@ -52,7 +53,7 @@ impl Tilt {
         tilts
     }
 
-    /// Torques at rest under `gravity`, m/s^2 in the frame of the base; `None` where the derivation fails.
+    /// The torques at rest under `gravity`, m/s^2 in the frame of the base; `None` if the derivation fails.
     pub fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
         let mut turned = robot.clone();
         turned.gravity = gravity.map(Value::Number);
@@ -63,7 +64,7 @@ impl Tilt {
         Some(Tilt { work: RefCell::new(tape.workspace()), tape, bodies, n: robot.n_coordinates() })
     }
 
-    /// N m (N) per rad, one per coordinate, at the position `q`.
+    /// Torque per radian of tilt at the position `q`, one per coordinate, N m (N) per rad.
     pub fn torques(&self, q: &[f64]) -> Vec<f64> {
         let at_rest = std::iter::repeat_n(0.0, 2 * self.n);
         let inputs: Vec<f64> = q.iter().copied().chain(at_rest).chain(self.bodies.iter().copied()).collect();
@@ -92,7 +93,7 @@ mod tests {
             for q in [[0.3, -0.4, 0.5, 1.0, 2.0, -1.0], [1.0, 2.0, -2.0, 0.1, 0.2, 0.3]] {
                 for j in 0..6 {
                     let found = (turned.torques(&q)[j] - zero.torques(&q)[j]) / angle;
-                    // Torques of some ten N m; their differences over 1e-6 rad keep nine digits.
+                    // Tolerance: torques of some ten N m, whose differences over 1e-6 rad have nine digits.
                     assert!((found - tilts[k].1.torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
                 }
             }

@@ -1,10 +1,11 @@
-//! Positions in per cent of half the range of each joint, -100 to 100, which libraries of hobby arms log.
+//! Recognises positions in per cent of half the range of each joint, -100 to 100, as libraries of hobby arms log them.
 //!
 //! With l and u the limits of a joint, and x the position of the log,
 //! ```text
 //! q = (l + u) / 2 + x (u - l) / 200
 //! ```
-//! which is a ratio 200 / (u - l) with an offset; the logged torque acts at the joint, so `scales` cancel the ratio.
+//! This is a ratio 200 / (u - l) with an offset. The logged torque acts at the joint, so `scales` undo the effect of the ratio
+//! on the torque.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};
@@ -13,12 +14,12 @@ use identification::estimate::options::Options;
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// Largest range of a normalised joint, per cent, with an allowance for rounding.
+/// Largest range of a normalised position in a log, per cent, with an allowance for rounding.
 const LARGEST_NORMALISED_RANGE: f64 = 200.5;
-/// Largest range of a joint in SI units, rad (m): a larger one is in another unit.
+/// Largest range of a joint in SI units, rad (m): a larger range shows another unit.
 const LARGEST_RANGE_RAD_M: f64 = 12.6;
 
-/// The options for normalised positions; `None` where a joint has no limits, or where ratios are given.
+/// The options that convert normalised positions; `None` if a joint has no limits, or if ratios, offsets or scales are given.
 fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
     let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
     let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;
@@ -34,9 +35,10 @@ fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
     Some(options)
 }
 
-/// Replaces the findings by normalised positions, where these explain the log. `again` checks the log with other options.
+/// If normalised positions explain the log, replaces the findings by this explanation. `again`: checks the log with other
+/// options.
 ///
-/// Fails where a log cannot be read.
+/// Fails if a log cannot be read.
 pub(super) fn look_for_shares(
     model: &Model,
     options: &Options,
@@ -60,7 +62,7 @@ pub(super) fn look_for_shares(
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
     let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
-    // Findings that forbid no estimate are found with these positions too; explanations by bodies need a new check.
+    // The new check repeats findings that allow an estimate; explanations by other bodies would need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),

@@ -40,38 +40,39 @@ use identification::estimate::artefact::Estimate;
 
 /// The outcome of an identification.
 pub struct Identification {
-    /// The model that was used, where it is not the given one: for example with rotor inertias, which a URDF cannot express.
+    /// The model that was used; `None` if it is the given one. It may have rotor inertias, for example, which a URDF cannot
+    /// express.
     pub model: Option<Model>,
-    /// Values, intervals, residuals and remarks.
+    /// Parameter values, intervals, residuals and remarks.
     pub estimate: Estimate,
     /// The decisions before the fit.
     pub decided: Decisions,
-    /// The load of the loaded logs.
+    /// The load in the loaded logs; `None` without such logs.
     pub load: Option<Load>,
-    /// The bodies, where physically possible ones were asked for.
+    /// The bodies, if physically possible ones were asked for.
     pub bodies: Option<Bodies>,
-    /// Whether the logs belong to the description.
+    /// The check of whether the logs belong to the description.
     pub log_check: LogCheck,
-    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
     pub described: Option<f64>,
-    /// |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the others.
+    /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the others.
     pub held_out: Option<f64>,
-    /// Each of several logs, predicted by parameters from the others.
+    /// If there are several logs: the error of each log, predicted by parameters from the others.
     pub logs_left_out: Vec<LogLeftOut>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
-    /// Noise, gains and unknowns that the uncertainty of the torques follows from.
+    /// The noise, gains and unknowns from which the uncertainty of the torques is computed.
     pub(crate) unsure: UnsureTorques,
-    /// Faults of the logs, each tested as one additional unknown.
+    /// Possible faults of the logs, each tested as one additional unknown.
     pub faults: Vec<HypothesisTest>,
-    /// Whether residuals are outliers at some times.
+    /// Whether the residuals have outliers at some times.
     pub has_events: bool,
-    /// The base parameters of the description; `None` where it has no inertials.
+    /// The base parameters of the description; `None` if it has no inertial parameters.
     pub described_parameters: Option<Vec<f64>>,
 }
 
 impl Identification {
-    /// The model that was used for the given model `given`.
+    /// The model that was used when `given` was the model of the request.
     pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
         self.model.as_ref().unwrap_or(given)
     }
@@ -84,8 +85,8 @@ impl Identification {
         Identification { model: self.model.or(unknowns.model), ..self }
     }
 
-    /// Whether to trust the estimate. If the answer is no, the reasons are stored in the estimate. `prediction`: errors on logs
-    /// that were not fitted, if any.
+    /// Judges whether to trust the estimate. If the answer is no, the reasons are stored in the estimate. `prediction`: errors
+    /// on logs that were not fitted, if any.
     pub(crate) fn judge(&mut self, prediction: Prediction) -> Verdict {
         self.estimate.refusal = Vec::new();
         let parts_are_new = self.log_check.visited.has_new_parts();
@@ -114,27 +115,27 @@ impl Identification {
     }
 }
 
-/// Physically possible bodies and rotors.
+/// Identified bodies that are physically possible, and rotors.
 pub struct Bodies {
-    /// XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame of each link that has inertials.
+    /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of its frame.
     pub links: Vec<(LinkId, Ten)>,
-    /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
+    /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has none.
     pub armatures: Vec<f64>,
-    /// Why they must not be used. With a reason, no simulator's file is written.
+    /// The reason why the bodies must not be used, if any. With a reason, no simulator's file is written.
     pub refusal: Option<String>,
 }
 
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
-/// Fails where the logs do not fit the robot, and with a verdict where a gain or the delay is not identifiable. A base
-/// parameter that is not identifiable is no failure: its status says so.
+/// Fails if the logs do not fit the robot; fails with a verdict if a gain or the delay is not identifiable. A base parameter
+/// that is not identifiable is no failure: its status says so.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
     identify_loaded(model, logs, &[], request)
 }
 
 /// Identifies the parameters like [`identify`], and the load in the logs `loaded` of the same robot.
 ///
-/// Fails as [`identify`] does, and where the link of the load does not exist.
+/// Fails like [`identify`], and if the link of the load does not exist.
 pub fn identify_loaded(
     model: &Model,
     logs: &[LogSource],
@@ -151,10 +152,10 @@ pub fn identify_loaded(
     identify_kept(model, logs, loaded, &request.samples, kept)
 }
 
-/// Identifies only the essential parameters, which the data need; the others are zero. There are no bodies, since these
+/// Identifies only the essential parameters, which the data need; the others are set to zero. There are no bodies, since these
 /// need all parameters. Loads are identified as in [`identify_loaded`].
 ///
-/// Fails as [`identify`] does.
+/// Fails like [`identify`].
 pub fn identify_essential(
     model: &Model,
     logs: &[LogSource],
@@ -165,14 +166,14 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// Sentences on residuals that are outliers.
+/// A sentence on each outlier of the residuals.
 fn of_events(model: &Model, logs: &[String], events: &[StandingOut]) -> Vec<String> {
     let of_log = |event: &StandingOut| logs.get(event.log).filter(|_| logs.len() > 1).map(String::as_str);
     let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
     events.iter().map(|event| event.statement(name(event), of_log(event))).collect()
 }
 
-/// Variants that are tried where the request does not decide, in this order.
+/// Decisions that are tried if the request leaves them free, in this order.
 const CANDIDATES: [VariantProposer; 9] =
     [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 
@@ -214,7 +215,7 @@ fn identify_kept(
         found.refuse(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
     }
 
-    // The remarks, and the gains that the estimate is based on.
+    // The remarks follow, with one on the gains that the estimate depends on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
@@ -250,7 +251,7 @@ fn identify_kept(
     })
 }
 
-/// An estimate, with its bodies where physically possible ones were asked for.
+/// An estimate, with its bodies if physically possible ones were asked for.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,
@@ -260,7 +261,7 @@ struct FoundBodies {
 }
 
 impl FoundBodies {
-    /// Refuses the bodies where torques are unscaled: then nothing can be compared with a description in N m.
+    /// Refuses the bodies because the torques are unscaled: nothing can then be compared with a description in N m.
     fn refuse(&mut self, why: String) {
         self.exceeding_description.clear();
         if let (Some(bodies), Some(evidence)) = (&mut self.bodies, &mut self.evidence) {
@@ -271,8 +272,8 @@ impl FoundBodies {
     }
 }
 
-/// The estimate with physically possible bodies, where these were asked for. The description determines parameters that the
-/// logs do not identify.
+/// The estimate with physically possible bodies, if these were asked for. Parameters that the logs do not identify get values
+/// from the description.
 fn found_bodies(
     model: &Model,
     map: &StandardMap,
@@ -295,14 +296,14 @@ fn found_bodies(
     let found = identify_consistent(model.regressor(), map, &known, fit, options, &Default::default())?;
     let phi = &found.consistent.phi;
     let armatures = rotors.into_iter().map(|column| column.map_or(0.0, |c| phi[c])).collect();
-    // Ratio of identified mass to described mass: evidence against bodies that differ much.
+    // Ratio of identified mass to described mass: a large difference is evidence against the bodies.
     let named: Vec<(&str, Ten)> = bodies(map, phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| exceeding_description(body, known.as_ref()?);
     let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
-    // Bodies are refused where they change the torques at rest by more than the description does.
+    // Bodies are refused if they change the torques at rest more than the description does.
     let linear = options.linear_model(model.regressor());
     let at_rest = model.nominal_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &*fit;
@@ -315,7 +316,7 @@ fn found_bodies(
             &found.estimate.joints,
         )
     });
-    // A sliding joint that carries the same weight in every pose: offset and weight are not separable.
+    // The offset and the weight of a sliding joint are not separable if it carries the same weight in every pose.
     let weighed = linear.parameters.iter().filter_map(|p| offset_beside_weight(&linear, p));
     let weighed = weighed.map(|j| linear.regressor.coordinates()[j].clone()).collect();
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
@@ -333,7 +334,7 @@ fn found_bodies(
     })
 }
 
-/// The index of the standard parameter of each coordinate's rotor inertia; `None` where the model has none.
+/// For each coordinate, the index of the standard parameter of its rotor inertia; `None` if the model has none.
 fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
     let robot = &model.robot;
     let of_link = |link: LinkId| {

@@ -1,17 +1,17 @@
-//! A search over variants of a model and of the options of its fit.
+//! A search for the best variant of a model and of the options of its fit.
 //!
-//! Decisions that the request leaves free are tried, candidate by candidate. Each proposes a variant with the error E of the
-//! fit without it and with it, on segments of the logs that are held out in turn. A variant is kept where
+//! Decisions that the request leaves free are tried one after the other. Each candidate proposes a variant, and gives the error
+//! E of the fit without and with it, on segments of the logs that are held out in turn. A variant is kept if
 //!
 //! ```text
 //! E(with) <= limit E(without)
 //! ```
-//! and E(without) is not negligible. A significant unknown is kept where E falls at all. Decisions that follow from the columns
-//! of a log or from the request need no errors. A variant with another model restarts the search: decisions with the model
-//! before are repeated.
+//! and if E(without) is not negligible. A variant with a significant unknown is kept if E falls at all. Decisions that follow
+//! from the columns of a log or from the request need no errors. If a variant has another model, the search starts again with
+//! it, because the decisions before were made with the old model.
 //!
-//! Not used: the error of each of several logs predicted from the others. A poor log is predicted worse with the true variant
-//! (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques 7 to 11 % wrong instead of 1 %).
+//! The error of each of several logs predicted from the others is not used, because the true variant predicts a poor log worse
+//! (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques would be 7 to 11 % wrong instead of 1 %).
 
 use claims::{Claim, Topic};
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest, UndeterminedMechanics, hypotheses};
@@ -37,34 +37,34 @@ use crate::fit::loaded_logs::LoadedLogs;
 use crate::fit::undetermined::with_undetermined;
 use crate::request::SamplesRequest;
 
-/// Error on held-out data with a candidate, over the error without it, up to which the candidate is kept.
+/// A candidate is kept if the error on held-out data with it, divided by the error without it, is at most this value.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// Relative error on held-out data below which a difference is rounding.
+/// If the relative error on held-out data is below this value, differences of it are rounding.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
-/// Which parameters are kept.
+/// Which parameters an identification keeps, and how it restricts them.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KeptParameters {
-    /// All; with physically possible bodies where the logs are poor.
+    /// All; restricted to physically possible bodies if the logs are poor.
     All,
-    /// All, also with impossible bodies.
+    /// All, even if the bodies are physically impossible.
     Free,
     /// The essential ones, which the data need; the others are zero.
     Essential,
-    /// All, with physically possible bodies. The description determines what the logs do not identify.
+    /// All, with physically possible bodies. Parameters that the logs do not identify get values from the description.
     Consistent,
 }
 
-/// A model, and the options of a fit of it.
+/// A choice of the model and of the options of its fit.
 pub(crate) struct Variant {
-    /// `None`: the model of the search.
+    /// The changed model; `None` if the model of the search is kept.
     pub model: Option<Model>,
     pub options: Options,
 }
 
-/// Relative error on segments of logs, each predicted from the others; reads the logs.
+/// Relative error on held-out segments of logs, each predicted from the others; the logs are read for this.
 ///
-/// Fails where a log cannot be read.
+/// Fails if a log cannot be read.
 pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Options) -> Result<f64, Error> {
     let linear = options.linear_model(model.regressor());
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -72,18 +72,18 @@ pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Option
     Ok(cross_validate(&linear, &rows, options.weights).total)
 }
 
-/// The reason why a variant is kept.
+/// The evidence by which a variant is kept or rejected.
 pub(crate) enum Evidence {
-    /// The request, or the columns of the logs.
+    /// It follows from the request, or from the columns of the logs.
     Given,
-    /// The errors on held-out data without it and with it; they have to fall below `limit` times the error without it.
+    /// The errors on held-out data without and with the variant; the second has to be at most `limit` times the first.
     Errors { errors: [f64; 2], limit: f64 },
-    /// A significant unknown; the errors on held-out data have to fall at all.
+    /// A significant unknown; the errors on held-out data (without, with) have to fall at all.
     Significant([f64; 2]),
 }
 
 impl Evidence {
-    /// The rule in the head of this file.
+    /// Whether the variant is kept, by the rule at the top of this file.
     pub(crate) fn is_enough(&self) -> bool {
         match *self {
             Evidence::Given => true,
@@ -99,17 +99,17 @@ impl Evidence {
 pub(crate) struct Proposal {
     pub variant: Variant,
     pub evidence: Evidence,
-    /// The decisions that it brings.
+    /// The decisions that the variant contains.
     pub found: Decisions,
 }
 
 impl Proposal {
-    /// Options that follow from the request, or from the columns of the logs.
+    /// A proposal that follows from the request, or from the columns of the logs.
     pub(crate) fn given(options: Options, found: Decisions) -> Proposal {
         Proposal { variant: Variant { model: None, options }, evidence: Evidence::Given, found }
     }
 
-    /// A variant that the request does not ask for; `sentence` tells the user.
+    /// A proposal that the request does not ask for; `sentence` tells the user about it.
     pub(crate) fn mending(variant: Variant, evidence: Evidence, topic: Topic, sentence: String) -> Proposal {
         let found =
             Decisions { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Decisions::default() };
@@ -117,24 +117,24 @@ impl Proposal {
     }
 }
 
-/// The decisions of a search before the fit.
+/// The decisions that a search makes before the fit.
 #[derive(Default)]
 pub struct Decisions {
-    /// The drive gains, where some were estimated.
+    /// The drive gains, if some were estimated.
     pub gains: Option<DriveGains>,
-    /// The delay, where one was found.
+    /// The delay, if one was found.
     pub delay: Option<Delay>,
-    /// The choice among sets of friction for all joints, where it was asked for.
+    /// The chosen set of friction terms for all joints, if this choice was asked for.
     pub friction: Option<FrictionSelection>,
-    /// The choice among terms of single joints, where it was asked for.
+    /// The chosen additional terms of single joints, if this choice was asked for.
     pub joint_terms: Option<JointTerms>,
     /// The last step of the unknowns; their values are in the options and the description.
     pub unknowns: Vec<UnknownStep>,
-    /// Whether the parameters are restricted to physically possible bodies without being asked for.
+    /// Whether the parameters are restricted to physically possible bodies although the request does not ask for it.
     pub possible_bodies: bool,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
-    /// Corrections that were not asked for, with the errors without them and with them.
+    /// Corrections that the request did not ask for, with the errors without and with them.
     pub mended: Vec<Claim>,
 }
 
@@ -154,7 +154,7 @@ impl Decisions {
     }
 }
 
-/// Logs, and the request for their fit.
+/// The logs, and the request for their fit.
 #[derive(Clone, Copy)]
 pub(crate) struct FitQuestion<'a> {
     pub logs: &'a [LogSource],
@@ -168,7 +168,7 @@ pub(crate) struct Fitted {
     pub faults: Vec<HypothesisTest>,
 }
 
-/// The variant that is tried, with its logs and its fit, which are computed on demand.
+/// The variant that is tried now; its logs and its fit are computed on demand.
 pub(crate) struct TriedVariant<'a> {
     pub model: &'a Model,
     pub asked: FitQuestion<'a>,
@@ -186,9 +186,9 @@ impl<'a> TriedVariant<'a> {
         }
     }
 
-    /// The logs, read at the first call.
+    /// The logs with their check; they are read at the first call.
     ///
-    /// Fails where a log cannot be read.
+    /// Fails if a log cannot be read.
     pub(crate) fn looked(&mut self) -> Result<&mut LoadedLogs<'a>, Error> {
         let looked = match self.looked.take() {
             Some(looked) => looked,
@@ -199,7 +199,7 @@ impl<'a> TriedVariant<'a> {
 
     /// The fit, computed at the first call.
     ///
-    /// Fails where a log cannot be read, and where no joint moves.
+    /// Fails if a log cannot be read, or if no joint moves.
     pub(crate) fn fitted(&mut self) -> Result<&Fitted, Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,
@@ -215,16 +215,16 @@ impl<'a> TriedVariant<'a> {
         let fit = looked.fit(model, logs)?;
         let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
         let mut faults = with_undetermined(model, None, test)?;
-        // Another mount is reported once.
+        // Another mount is not reported a second time.
         if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }
         Ok(Fitted { fit, faults })
     }
 
-    /// The log check and the fit.
+    /// Returns the log check, the fit, and the outliers of its residuals.
     ///
-    /// Fails as [`TriedVariant::fitted`] does.
+    /// Fails like [`TriedVariant::fitted`].
     pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<StandingOut>), Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,
@@ -233,7 +233,7 @@ impl<'a> TriedVariant<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        // A changed load explains the outliers of the residuals.
+        // If the load changed during the log, this explains the outliers, and they are not listed.
         let events = match looked.log_check.has_changed_load() {
             true => Vec::new(),
             false => standing_out(&linear, &looked.records, fitted.fit.point().x)?,
@@ -242,12 +242,12 @@ impl<'a> TriedVariant<'a> {
     }
 }
 
-/// Proposes a variant; `None` without a variant to try. Fails where a log cannot be read.
+/// Proposes a variant; `None` if there is none to try. Fails if a log cannot be read.
 pub(crate) type VariantProposer = fn(&mut TriedVariant<'_>) -> Result<Option<Proposal>, Error>;
 
 /// The result of a search.
 pub(crate) struct SearchResult<T> {
-    /// The model, where it differs from the given one.
+    /// The model; `None` if it is the given one.
     pub model: Option<Model>,
     pub options: Options,
     pub found: Decisions,
@@ -256,7 +256,7 @@ pub(crate) struct SearchResult<T> {
 
 /// Tries the candidates in their order, and calls `end` with the accepted variant.
 ///
-/// Fails where a candidate or `end` does.
+/// Fails if a candidate or `end` fails.
 pub(crate) fn search<T>(
     model: &Model,
     asked: FitQuestion<'_>,

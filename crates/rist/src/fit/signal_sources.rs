@@ -1,10 +1,12 @@
-//! The source of velocities and accelerations where the options leave it free: columns of a log, or derivatives of positions.
+//! Chooses the source of velocities and accelerations, if the options leave it free: columns of a log, or derivatives of
+//! positions.
 
 use identification::estimate::log_check::{LogCheck, TIMELY_S};
 use identification::estimate::options::Options;
 use identification::signals::signal_options::Velocity;
 
-/// Sets derivatives as the source, where velocity or acceleration columns are not the derivatives. Returns sentences on it.
+/// Sets derivatives of the positions as the source, if velocity or acceleration columns are not such derivatives. Returns
+/// sentences on this.
 pub(crate) fn sources(seen: &LogCheck, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;

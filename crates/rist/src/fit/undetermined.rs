@@ -10,8 +10,8 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::mount::Tilt;
 
-/// Whether rotor inertias may be missing: the model is from a URDF, which cannot contain them, or from an MJCF, where they
-/// are optional, and the options do not decide.
+/// Whether rotor inertias may be missing: the model comes from a URDF, which cannot contain them, or from an MJCF, where they
+/// are optional, and the options do not decide about them.
 pub(crate) fn may_lack_rotors(model: &Model) -> bool {
     let may_say_none = model.robot.format != Format::Complete;
     let is_decided = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
@@ -19,12 +19,12 @@ pub(crate) fn may_lack_rotors(model: &Model) -> bool {
     may_say_none && !is_decided && lacks
 }
 
-/// Why a model lacks rotor inertias.
+/// Words for the reason why a model lacks rotor inertias.
 pub(crate) fn lack(model: &Model) -> &'static str {
     if model.robot.format == Format::Urdf { "a URDF cannot say" } else { "the description does not give" }
 }
 
-/// The model with rotor inertias of its actuated joints.
+/// The model with rotor inertias added to its actuated joints.
 pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
     model.changed(
         |robot| set_rotor_inertias(robot, RotorInertias::Actuated),
@@ -32,9 +32,11 @@ pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
     )
 }
 
-/// Calls `look` with the torques per radian of a tilt of the base, and the coordinates whose rotors may be missing.
+/// Calls `look` with the mechanics that the description may lack: the torques per radian of a tilt of the base, and the
+/// coordinates whose rotors may be missing.
 ///
-/// `fitted`: base parameters; the described bodies are changed to these values by the standard parameter of each column.
+/// `fitted`: base parameters. For the torques of a tilt, the described bodies are changed to give these values; only the
+/// standard parameter of each column changes.
 pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(UndeterminedMechanics) -> T) -> T {
     let (of, described) = (&model.parameters, model.nominal_parameters().unwrap_or_default());
     let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));

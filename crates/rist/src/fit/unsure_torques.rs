@@ -1,8 +1,9 @@
-//! Uncertainty of torques: by the noise of the fit, by faults and gains, and by logs that were not fitted.
+//! Uncertainty of predicted torques: by the noise of the fit, by faults and gains, and by logs that were not fitted.
 //!
-//! Another log of the same robot has the same faults and gains, so it contains information on the noise alone. Both logs are
-//! combined without the errors by faults and gains, which are added afterwards. A gain adds to the variance of each parameter;
-//! a fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x.
+//! Another log of the same robot has the same faults and gains, so it contains information on the noise alone. Therefore the
+//! logs are combined without the errors by faults and gains, and these errors are added afterwards. A gain adds to the variance
+//! of each parameter. A fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x (y: row of the
+//! regressor, x: parameters).
 
 use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::claims::{effects_of_faults, inflate_by_faults, inflate_by_undetected_faults};
@@ -20,27 +21,27 @@ use crate::fit::drive_gains::inflate_sigma;
 use crate::fit::motion_range::{allowed, seen};
 use identification::estimate::artefact::Estimate;
 
-/// Noise of a fit.
+/// The uncertainty of a fit's parameters by noise.
 pub struct Noise {
-    /// Any multiple of the covariance for white noise.
+    /// The covariance of the parameters for white noise, up to a factor.
     inverse: DMatrix<f64>,
-    /// Standard deviations of the least-norm solution, for parameters that are not identifiable: for white noise, inflated by
-    /// the autocorrelation like the others.
+    /// Standard deviations of the least-norm solution, used for parameters that are not identifiable. They are computed for
+    /// white noise and inflated by the autocorrelation, like those of the other parameters.
     of_open: Vec<f64>,
-    /// Standard deviation without changes from log to log, over the whole one, by parameter.
+    /// For each parameter, its standard deviation without changes from log to log, divided by its whole standard deviation.
     within_logs: Vec<f64>,
-    /// Change of the parameters by the error of each of several logs.
+    /// For each of several logs, the change of the parameters that its error causes.
     moved_by_logs: Vec<Vec<f64>>,
-    /// Changes of the parameters that change no row (null space).
+    /// Changes of the parameters that change no row of the equations (basis of the null space).
     open: Vec<Vec<f64>>,
-    /// Number of autocorrelated rows with the information of one.
+    /// Number of autocorrelated rows that contain as much information as one independent row.
     discount: f64,
-    /// Range of motion of the logs.
+    /// Range of motion that the logs cover.
     seen: MotionRange,
 }
 
 impl Noise {
-    /// The noise of a fit.
+    /// The noise of the fit `fit`.
     pub fn of(fit: &Fit) -> Noise {
         let discount = fit.estimate.discount();
         let of_open = fit.deviation.white.iter().map(|white| discount.sqrt() * white).collect();
@@ -56,42 +57,43 @@ impl Noise {
         }
     }
 
-    /// The standard deviations of an estimate; zero where it has none.
+    /// The standard deviations of an estimate's parameters; for one without, the value of the least-norm solution.
     fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
         let deviation = |(c, p): (usize, &Identified)| p.sigma.or(self.of_open.get(c).copied()).unwrap_or(0.0);
         estimate.parameters.iter().enumerate().map(deviation).collect()
     }
 }
 
-/// Data for the uncertainty of torques.
+/// Everything from which the uncertainty of torques is computed.
 pub struct UnsureTorques {
-    /// Whether no motion identifies the parameters that the logs do not identify, so that no torque depends on them.
+    /// Whether all unidentified parameters stay unidentified in any motion. No torque depends on them in that case.
     pub opens_in_any_motion: bool,
-    /// Range of motion of the logs, and number of their rows with the information of one.
+    /// Range of motion of the logs; `discount`: the number of rows that contain as much information as one independent row.
     seen: MotionRange,
     discount: f64,
     covariance: Covariance,
-    /// Changes of the parameters that change no row of the logs, but torques of some motion.
+    /// Changes of the parameters that change no row of the logs, but torques of some other motion.
     open: Vec<Vec<f64>>,
-    /// Whether a parameter is not identified that some motion identifies.
+    /// Whether a parameter is not identified although some other motion would identify it.
     is_open: bool,
 }
 
-/// Covariances sigma_i sigma_j rho_ij and their parts, the parameters in their order.
+/// The covariance of the parameters and the contributions to it, in the order of the parameters.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
-    /// Change of the parameters by the error of each of several logs.
+    /// For each of several logs, the change of the parameters that its error causes.
     of_logs: Vec<Vec<f64>>,
-    /// Variance of each parameter by gains.
+    /// For each parameter, the variance that the gains add.
     of_gains: Vec<f64>,
-    /// Change of the parameters by each fault.
+    /// For each fault, the change of the parameters that it causes.
     of_faults: Vec<Vec<f64>>,
-    /// Covariance with noise, gains and faults.
+    /// Covariance by noise, gains and faults together.
     whole: Vec<Vec<f64>>,
 }
 
 impl UnsureTorques {
-    /// Inflates the standard deviations of an estimate by gains and faults, and writes the uncertainty of torques into it.
+    /// Inflates the standard deviations of an estimate by gains and faults, and stores the uncertainty of torques in the
+    /// estimate.
     pub fn inflation(
         estimate: &mut Estimate,
         noise: Noise,
@@ -110,7 +112,8 @@ impl UnsureTorques {
         unsure
     }
 
-    /// `of_noise`: standard deviations by noise; `with_gains`: by noise and gains; the estimate's include the `faults` too.
+    /// `of_noise`: standard deviations by noise; `with_gains`: by noise and gains; those in `estimate` include the `faults`
+    /// too.
     fn of(
         noise: Noise,
         [of_noise, with_gains]: [&[f64]; 2],
@@ -136,18 +139,18 @@ impl UnsureTorques {
         UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance, open, is_open }
     }
 
-    /// Errors of torques, by use.
+    /// Errors of torques, one entry per use of the estimate.
     fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 
-    /// The covariance of the parameters; `None` where one is not identified that some motion identifies.
+    /// The covariance of the parameters. `None` if a parameter is not identified although some other motion would identify it.
     pub(crate) fn covariance(&self) -> Option<&[Vec<f64>]> {
         (!self.is_open).then_some(&self.covariance.whole)
     }
 
-    /// Errors of torques, by use, with logs of another motion; `logs`: by log, the triangles of its joints. `None` where these
-    /// logs have no information on the errors.
+    /// Errors of torques, one entry per use, with the information of logs of another motion. `logs`: for each log, the
+    /// triangles of its joints. `None` if these logs have no information on the errors, or if a parameter is undetermined.
     pub(crate) fn errors_with(
         &self,
         model: &Model,
@@ -163,7 +166,7 @@ impl UnsureTorques {
         Some(self.errors_by(&both, model, options, estimate))
     }
 
-    /// Errors of torques, by use, from the covariance `noise`, and from gains, faults and changes from log to log.
+    /// Errors of torques, one entry per use: from the covariance `noise`, and from gains, faults and changes from log to log.
     fn errors_by(&self, noise: &[Vec<f64>], model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         let (rest, range) = (&self.covariance, allowed(model, &self.seen));
         let noise = widened(noise, &rest.of_gains);
@@ -174,7 +177,7 @@ impl UnsureTorques {
     }
 }
 
-/// A covariance with `added` variance of each parameter; correlations stay.
+/// A covariance in which the variances are larger by `added`, one per parameter; the correlations stay.
 fn widened(covariance: &[Vec<f64>], added: &[f64]) -> Vec<Vec<f64>> {
     let p = added.len();
     let deviations: Vec<f64> = (0..p).map(|c| (covariance[c][c] + added[c]).max(0.0).sqrt()).collect();
@@ -185,8 +188,9 @@ fn values(estimate: &Estimate) -> Vec<f64> {
     estimate.parameters.iter().map(Identified::prediction).collect()
 }
 
-/// Whether the rank of the rows is the rank of any motion within the limits, so that no other motion would identify more. A
-/// sliding joint that carries its weight is an example: mass, rotor and offset have one independent column too few.
+/// Whether no other motion within the limits would identify more parameters: the rows of the logs already have the highest
+/// possible rank. Example: for a sliding joint that carries its weight, mass, rotor inertia and offset have one independent
+/// column too few in any motion.
 fn is_all_that_shows(model: &Model, options: &Options, estimate: &Estimate, range: &MotionRange) -> bool {
     let (linear, values) = (options.linear_model(model.regressor()), values(estimate));
     let base = linear.regressor.parameters().len();

@@ -28,35 +28,35 @@ pub use crate::request::ValidateRequest;
 use crate::request::{MOTION_CUTOFF, Request};
 use identification::estimate::artefact::Estimate;
 
-/// A log that an estimate predicted.
+/// The prediction of a log by an estimate.
 pub struct Predicted {
-    /// Its name.
+    /// The name of the log.
     pub log: String,
-    /// Residuals of its torques.
+    /// Residuals of the predicted torques.
     pub residuals: Residuals,
-    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
     pub described: Option<f64>,
-    /// Relative error that the covariance of the estimate explains; `None` where no covariance is known.
+    /// The relative error that is expected from the covariance of the estimate; `None` if no covariance is known.
     pub unsure: Option<f64>,
-    /// |tau - W X| / |tau| of parameters that are fitted to this log alone.
+    /// Relative error |tau - W X| / |tau| of parameters that are fitted to this log alone.
     pub(crate) least: f64,
-    /// Its rows as triangles, one per joint.
+    /// The rows of the log as triangular matrices, one per joint.
     pub(crate) joints: Vec<Triangle>,
-    /// The states that the robot visited.
+    /// The states that the robot visited in the log.
     pub visited: VisitedStates,
 }
 
 impl Predicted {
-    /// The part of the relative error that other parameters could avoid.
+    /// The share of the relative error that other parameter values could avoid.
     pub(crate) fn by_parameters(&self) -> f64 {
         held_out::of_parameters(self.residuals.total, self.least)
     }
 }
 
-/// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
+/// Predicts logs one by one, with the signal options and the friction terms of the estimate's fit.
 ///
-/// Empty for an estimate of experiments, for which [`validate_experiments`] is made. `covariance`: of the estimate's
-/// parameters, if known. Fails where a log cannot be read, and where the estimate lacks a parameter.
+/// Empty for an estimate of experiments; use [`validate_experiments`] for it. `covariance`: covariance of the estimate's
+/// parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
 pub fn predictions(
     model: &Model,
     estimate: &Estimate,
@@ -84,9 +84,9 @@ pub fn predictions(
     logs.iter().map(predict).collect()
 }
 
-/// Plot data of measured and predicted torques of logs, joint by joint; `None` for an estimate of experiments.
+/// Plot data with measured and predicted torques of logs, joint by joint; `None` for an estimate of experiments.
 ///
-/// Fails where a log cannot be read, and where the estimate lacks a parameter.
+/// Fails if a log cannot be read, or if the estimate lacks a parameter.
 pub fn plot_data(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<PlotData>, Error> {
     let Some(options) = &estimate.options else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
@@ -95,9 +95,9 @@ pub fn plot_data(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resu
     Ok(Some(identification::plot_data::plot_data(&linear, &x, described.as_deref(), options, logs)?))
 }
 
-/// Measured and predicted torques of logs, sample by sample.
+/// The measured and predicted torques of logs, sample by sample.
 ///
-/// Fails for an estimate of experiments, where a log cannot be read, and where the estimate lacks a parameter.
+/// Fails for an estimate of experiments, if a log cannot be read, or if the estimate lacks a parameter.
 pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
     let Some(options) = &estimate.options else {
         return Err(Error::new("an estimate of experiments has no series of samples; one of logs has"));
@@ -107,13 +107,12 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     Ok(series(&linear, &x, options, logs)?)
 }
 
-/// The value of each column with which torques are predicted.
+/// For each column, the parameter value with which torques are predicted.
 fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
-/// Whether the estimate was made from this log: whether one of its files is the same file, or still exists and has the
-/// same bytes.
+/// Whether the estimate was made from the log `log`: one of its files is the same file, or still exists and has the same bytes.
 pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
     let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
     let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
@@ -123,7 +122,7 @@ pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
 /// Whether two files have the same bytes.
 fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
-    // A pipe must not be opened, because it can be read only once.
+    // A pipe must not be opened here, because it can be read only once.
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }
@@ -139,19 +138,19 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// Predicts logs with an estimate from samples.
+/// Predicts logs with an estimate from samples, and returns the errors as an artefact.
 ///
-/// Fails where a log cannot be read or does not fit the robot.
+/// Fails if a log cannot be read or does not fit the robot.
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
     let found = predictions(model, estimate, None, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
     let (reference, method) = (model.reference.clone(), &estimate.method);
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }
 
-/// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate
-/// none. The gains of the request replace the gains of the estimate.
+/// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate none.
+/// Gains in the request replace the gains of the estimate.
 ///
-/// Fails where a log cannot be read, or is too short or too slow for the low-pass.
+/// Fails if a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(
     model: &Model,
     estimate: &Estimate,

@@ -1,4 +1,4 @@
-//! Predicts other logs, judges an identification, and withholds results: the steps before the program and Python show it.
+//! Predicts other logs, judges an identification, and withholds results if necessary, before the program or Python shows them.
 
 use identification::estimate::logs_left_out::LogLeftOut;
 use identification::estimate::residuals::Residuals;
@@ -13,21 +13,21 @@ use crate::fit::validation::{Predicted, Validation, predictions};
 
 /// The verdict on an identification, and its predictions.
 pub struct JudgedIdentification {
-    /// Residuals by log, of logs that were not fitted.
+    /// Name and residuals of each log that was not fitted.
     pub predictions: Vec<(String, Residuals)>,
-    /// The predictions as an artefact; `None` where all logs were fitted.
+    /// The predictions as an artefact; `None` if all logs were fitted.
     pub validation: Option<Validation>,
     /// Whether to trust the estimate.
     pub verdict: Verdict,
-    /// Whether nothing may be written for a simulator.
+    /// Whether results for a simulator are withheld.
     pub is_withheld: bool,
 }
 
 impl Identification {
-    /// Predicts logs that were not fitted, and judges the estimate. Results that a verdict of no forbids are withheld, unless
-    /// `anyway` is set.
+    /// Predicts logs that were not fitted, and judges the estimate. If the verdict is no, the results that it forbids are
+    /// withheld, unless `anyway` is set.
     ///
-    /// Fails where a log cannot be read.
+    /// Fails if a log cannot be read.
     pub fn verdict_of_logs(
         &mut self,
         model: &Model,
@@ -54,13 +54,14 @@ impl Identification {
         Ok(JudgedIdentification { predictions, validation, verdict, is_withheld })
     }
 
-    /// Whether a log has another motion than the logs that were fitted.
+    /// Whether the motion of a log differs from the motion of the fitted logs.
     fn is_new(&self, log: &Predicted) -> bool {
         log.visited.is_other_than(&self.log_check.visited)
     }
 
-    /// The prediction errors on logs that were not fitted: the worst log counts. Where there are none, each log of the fit is
-    /// predicted from the others, and the log with the smallest error by parameters counts: the others identify less.
+    /// The prediction errors on logs that were not fitted; the log with the largest error counts. Without such logs, each
+    /// fitted log is predicted from the others, and the log with the smallest error by parameters counts, because fewer logs
+    /// identify less.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
         let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
         let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };
@@ -80,7 +81,7 @@ impl Identification {
         }
     }
 
-    /// Adds the prediction errors of the logs of the fit, each predicted from the others.
+    /// Adds the prediction errors of the fitted logs, each predicted from the others.
     fn of_the_fit(&self, prediction: Prediction) -> Prediction {
         let is_new = |left: &LogLeftOut| self.log_check.visited.is_new_log(left.log);
         let has_new = self.logs_left_out.iter().any(is_new);

@@ -1,9 +1,9 @@
-//! The information of an earlier estimate, for the search of the next motion.
+//! Uses the information of an earlier estimate in the search of the next motion.
 //!
 //! Let S be the covariance of the estimate and R'R = S^-1. The rows R are appended to the rows of the motion, so that the
-//! determinant is computed from the information of both. Where an estimate has no covariance, its standard deviations are
-//! used as independent. By Hadamard's inequality the determinant of their information is never greater. The noise of a
-//! sample follows from the estimate's residuals:
+//! determinant is computed from the information of both. If an estimate has no covariance, its parameters count as
+//! uncorrelated, with their standard deviations. By Hadamard's inequality, the determinant of the information is then never
+//! greater. The noise of a torque sample is computed from the estimate's residuals:
 //!
 //! ```text
 //! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)
@@ -17,7 +17,7 @@ use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
-/// The rows R over the columns of a model, row by row, and notes where the file was changed and where the covariance is
+/// The rows R, row by row, with one entry per column of `model`, and notes if the file was changed or the covariance is
 /// missing. Columns of parameters that the estimate lacks are zero.
 pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Vec<String>) {
     let p = model.p();
@@ -30,7 +30,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
         .filter_map(|(i, found)| Some((i, column(&found.id)?, found.sigma.filter(|s| s.is_finite() && *s > 0.0)?)))
         .collect();
     let m = known.len();
-    // Scaled to unit standard deviations: parameters differ by orders of magnitude.
+    // The covariance is scaled to unit standard deviations, because parameters differ by orders of magnitude.
     let entry = |a: usize, b: usize| {
         let ((i, _, s), (j, _, t)) = (known[a], known[b]);
         estimate.covariance.get(i).and_then(|row| row.get(j)).map_or(f64::NAN, |x| x / (s * t))
@@ -52,14 +52,15 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
     (rows, estimate.checksum.note("[after]").into_iter().chain(note).collect())
 }
 
-/// Noise (sigma) of a torque sample at `rate`, Hz, from the residuals, N m (N); `None` for a joint without residuals.
+/// Noise (sigma) of a torque sample of a coordinate at `rate`, Hz, from the residuals, N m (N); `None` for a joint without
+/// residuals.
 pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -> Option<f64> {
     let joint = estimate.joints.iter().find(|j| j.coordinate == coordinate)?;
     let band = estimate.cutoff.map_or(1.0, |hz| (rate / (2.0 * hz)).max(1.0));
     Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
 }
 
-/// Friction of an estimate at a coordinate. Parameters that the estimate lacks are `described`.
+/// Friction of the joint of `coordinate` by an estimate. Parameters that the estimate lacks are taken from `described`.
 pub(crate) fn identified_friction(
     estimate: &Estimate,
     coordinate: &str,
@@ -67,7 +68,7 @@ pub(crate) fn identified_friction(
 ) -> NominalFriction {
     let value =
         |parameter, otherwise| estimate.prediction(&ParameterId::friction(parameter, coordinate)).unwrap_or(otherwise);
-    // For an asymmetric joint: the greater value of the two directions.
+    // If the friction differs by direction: the greater of the two values.
     let greater = |forward, backward, otherwise: f64| {
         value(forward, otherwise).abs().max(value(backward, otherwise).abs()).max(otherwise)
     };
@@ -88,7 +89,7 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model as LinearModel;
 
-    /// R'R is the inverse of the covariance; without one, of the variances.
+    /// R'R equals the inverse of the covariance; without a covariance, the inverse of the diagonal matrix of the variances.
     #[test]
     fn rows_are_the_information_of_the_estimate() {
         let model = Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar2r.yaml")).unwrap();
@@ -117,7 +118,7 @@ mod tests {
             let independent = |i: usize, j: usize| if i == j { sigma(i) * sigma(j) } else { 0.0 };
             let known = |i, j| covariance.get(i).map_or(independent(i, j), |row: &Vec<f64>| row[j]);
             let product = r.transpose() * &r * DMatrix::from_fn(p, p, known);
-            // Rounding of two factorisations of a matrix with a condition below ten.
+            // Tolerance: rounding of two factorisations of a matrix with a condition number below ten.
             assert!((product - DMatrix::identity(p, p)).amax() < 1e-12);
         }
     }

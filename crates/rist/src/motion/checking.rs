@@ -1,4 +1,4 @@
-//! Checks whether a motion keeps its limits, from its coefficients and the model alone.
+//! Checks whether a motion keeps its limits. Only the coefficients in its file and the model are used.
 
 use std::path::Path;
 
@@ -23,23 +23,23 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// A certificate that was proved again.
+/// The result of a check: a certificate that was proved again.
 pub struct Checked {
     /// The limits with their proofs.
     pub certificate: Vec<CertificateRow>,
     /// Requirements that the certificate does not cover.
     pub left_out: Vec<LeftOut>,
-    /// Height of the floor, m.
+    /// Height of the floor, m; `None` if there is no floor.
     pub floor: Option<f64>,
-    /// The lowest point of the moving links, searched at discrete instants.
+    /// The lowest point of the moving links, searched at discrete instants; `None` without such links.
     pub lowest: Option<LowestPoint>,
-    /// The margins of the proof.
+    /// The error margins that the proof includes.
     pub margins: Margins,
     /// Further remarks, in sentences.
     pub notes: Vec<String>,
     /// The limits that the coordinates are checked against.
     pub limits: Vec<CoordinateLimits>,
-    /// The limits of `limits` one by one, each with its origin.
+    /// The entries of `limits` one by one, each with its origin (description, request or motion file).
     pub origins: Vec<EnforcedLimit>,
 }
 
@@ -55,20 +55,20 @@ impl Checked {
         self.claims().is_kept()
     }
 
-    /// Reasons against the motion, in sentences.
+    /// The reasons why the motion is not accepted, as sentences; empty if it is accepted.
     pub fn faults(&self) -> Vec<String> {
         self.claims().faults()
     }
 }
 
-/// Proves the limits of a motion again. Only coefficients and times are taken from its file, and limits that are tighter
-/// than the limits of the description and of the request. Torques come from the description or from the estimate in the
-/// request. `file` stands in messages.
+/// Proves the limits of a motion again. From its file are used: coefficients, times, and limits that are tighter than the
+/// limits of the description and of the request. Torques come from the description, or from the estimate in the request. `file`
+/// is named in messages.
 ///
-/// Distances and the floor are checked by the current rules, whatever the motion's own certificate lists; a note names
-/// requirements that are missing there.
+/// Distances and the floor are checked by the current rules, even if the motion's own certificate does not list them; a note
+/// names the requirements that it does not list.
 ///
-/// Fails where the motion was made with another model or is no motion, and where the limits exclude every motion.
+/// Fails if the motion was made with another model, if the file holds no motion, or if the limits exclude every motion.
 pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
     let asked = request.limits.as_ref();
     model.check(file, &artefact.model)?;
@@ -107,7 +107,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let certificate = obligations.certificate(&motion);
 
-    // Requirements that the proof leaves out, and assumptions.
+    // Requirements that the proof does not cover, and its assumptions.
     let mut left_out = surroundings.left_out.clone();
     left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
@@ -122,7 +122,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
 }
 
-/// The margins of the user, and larger ones of the motion's own file.
+/// The margins of the user; a margin of the motion's own file is used instead if it is larger.
 fn margins_of(
     artefact: &ExcitingMotion,
     file: &Path,
@@ -134,12 +134,12 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note where the estimate of the torques was changed after it was written.
+/// A note if the file of the estimate that gives the torques was changed after it was written.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }
 
-/// Notes on statements of the motion's own file that prove nothing.
+/// Notes on statements in the motion's own file that prove nothing.
 fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit]) -> Vec<String> {
     let mut notes = Vec::new();
     let space = &artefact.space;
@@ -161,7 +161,7 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit
     notes
 }
 
-/// The kinds of limits that only the motion's file gives.
+/// A report on the kinds of limits that only the motion's file gives; `None` if there are none.
 fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     let kinds = kinds_of_motion_alone(origins);
     let what =
@@ -169,7 +169,7 @@ fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     (!kinds.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Limit, kinds, what, "the motion's file"))
 }
 
-/// Torques in the motion's file prove nothing, since the author of the file can write any.
+/// A report that torques in the motion's file prove nothing, since the author of the file can write any torque.
 fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<LeftOut> {
     let what = "the motion was made with torques of an estimate, which its file repeats; they prove nothing here \
                 ([after=ESTIMATE] gives them)";
@@ -178,10 +178,10 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
         .then(|| LeftOut::assumed(LeftOutTopic::Effort, of, what, "the description"))
 }
 
-/// A note on gaps that the certificate in the motion's file does not list. They are proved here all the same: a file does
-/// not decide which requirements it has to meet.
+/// A note on gaps that the certificate in the motion's file does not list. They are proved all the same: a file must not decide
+/// which requirements it has to meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
-    // Certificates of an earlier version name a link by the link that carries it.
+    // Certificates of an earlier version name a gap by the link that carries the body.
     let is_listed = |gap: &Gap| {
         let [a, b] = &gap.carriers;
         let mut own = artefact.certificate.iter().filter(|row| row.limit == gap.limit).map(|row| row.subject.as_str());
@@ -196,7 +196,7 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     })
 }
 
-/// The enforced limits of each coordinate, and their origins.
+/// The limits that the motion of each coordinate has to keep, and the origin of each limit.
 fn enforced_limits(
     model: &Model,
     file: &Path,
@@ -215,8 +215,8 @@ fn enforced_limits(
         let (mut own, rows) = enforced(name, &joint.limits, &coordinate.limits, of_file.as_ref())
             .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
-            // The motion moves a locked coordinate: its limits of position are then the locked position, and its bodies
-            // count as moving.
+            // The motion moves a coordinate that should be locked: its position limits are then the locked position, and its
+            // bodies count as moving.
             own = CoordinateLimits {
                 position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
                 locked: None,
@@ -229,7 +229,7 @@ fn enforced_limits(
     Ok((limits, origins))
 }
 
-/// Motion of a locked coordinate that counts as rounding, rad (m).
+/// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_MOTION_TOLERANCE: f64 = 1e-9;
 
 /// Whether a locked coordinate moves, or rests at another position.

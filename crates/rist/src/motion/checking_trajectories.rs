@@ -1,7 +1,7 @@
 //! Checks trajectories from other sources: points in a CSV or a JointTrajectory, and the experiments of a plan.
 //!
-//! The interpolation is stated ([`Interpolation`]), and the motion is bounded between the points too. A limit that neither
-//! the description nor the request gives is not assumed: it is not checked, and this is reported.
+//! The interpolation between points is stated ([`Interpolation`]), and the motion between the points is bounded too. A limit
+//! that neither the description nor the request gives is not assumed: it is not checked, and this is reported.
 
 use std::path::Path;
 
@@ -30,26 +30,26 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// Derivatives of a trajectory that have no bound, since it jumps, with the reason.
+/// Tells which derivatives of a trajectory have no bound because a derivative jumps, and why.
 struct Discontinuity {
-    /// The first kind that has no bound.
+    /// The lowest derivative that has no bound; all higher ones have none either.
     from: LimitKind,
     why: &'static str,
     would_tell: &'static str,
-    /// Excess over a limit that counts as rounding, as a share of the limit.
+    /// An excess over a limit up to this share of the limit counts as rounding.
     slack: f64,
 }
 
-/// Excess over a limit that counts as rounding in a plan, which uses limits fully, as a share of the limit.
+/// In a plan, which uses limits fully, an excess over a limit up to this share of the limit counts as rounding.
 const PLAN_ROUNDING_SHARE: f64 = 1e-9;
-/// Motion of a locked coordinate that counts as rounding, rad (m).
+/// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_TOLERANCE: f64 = 1e-9;
 
-/// Proves the limits of points from another source, with the given interpolation, or the smoothest that the points allow.
-/// The limits come from the description and the request; efforts and powers may be used fully.
+/// Proves the limits of a motion through points from another source, with the given interpolation, or else with the smoothest
+/// that the points allow. The limits come from the description and the request; efforts and powers may reach them fully.
 ///
-/// Fails where the file moves an unknown coordinate, or the position of a coordinate is not given; where the points lack
-/// derivatives that the interpolation needs; and where the limits exclude every motion.
+/// Fails if the file moves an unknown coordinate, or does not give the position of a coordinate; if the points lack derivatives
+/// that the interpolation needs; or if the limits exclude every motion.
 pub fn check_points(
     model: &Model,
     file: &Path,
@@ -78,7 +78,7 @@ pub fn check_points(
         },
         Interpolation::Quintic => Discontinuity { from: LimitKind::Effort, why: "", would_tell: "", slack: 0.0 },
     };
-    // Points may rest exactly at a limit, which needs the tolerance of the proof.
+    // Points may rest exactly at a limit: the limit is then extended by the tolerance of the proof.
     let course = PolynomialTrajectory::through(&points, interpolation);
     let mut held = CourseCheck::new(model, request, asked, jumps)?;
     held.let_stand_at_ends(&points);
@@ -96,9 +96,9 @@ pub fn check_points(
     Ok(Checked { notes, ..checked })
 }
 
-/// Proves the limits of each experiment of a plan, with the plan's profiles; returns them by name.
+/// Proves the limits of each experiment of a plan, with the plan's profiles; returns the name and the result of each.
 ///
-/// Fails where the plan was made with another model, or an experiment of it is no motion.
+/// Fails if the plan was made with another model, or if one of its experiments is no motion.
 pub fn check_experiments(
     model: &Model,
     file: &Path,
@@ -114,10 +114,10 @@ pub fn check_experiments(
     Ok(plan.experiments.iter().zip(&experiments).map(one).collect())
 }
 
-/// The lower bound of the D-efficiency by the proof in a plan's file, computed again from the model and the candidates in
-/// the file; `None` without a proof.
+/// The lower bound of the D-efficiency that the proof in a plan's file gives, computed again from the model and from the
+/// candidates in the file; `None` if the plan has no proof.
 ///
-/// Fails where the plan was made with another model, and where the proof proves nothing.
+/// Fails if the plan was made with another model, or if the proof proves nothing.
 pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<Option<f64>, Error> {
     model.check(file, &plan.model)?;
     if plan.proof.is_none() {
@@ -142,7 +142,7 @@ pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Res
     names.iter().zip(&model.robot.coordinates).map(one).collect()
 }
 
-/// The limits for a proof; a kind of limit that is not given, or whose quantity jumps, is infinite.
+/// The limits for a proof. A limit is infinite if it is not given, or if its quantity has no bound because of jumps.
 fn bounds(asked: &AskedLimits, jumps: &Discontinuity) -> CoordinateLimits {
     let unlimited = f64::INFINITY;
     let is_bounded = |kind: LimitKind| {
@@ -170,7 +170,7 @@ fn bounds(asked: &AskedLimits, jumps: &Discontinuity) -> CoordinateLimits {
     }
 }
 
-/// The requirements on trajectories: limits, torques and bodies.
+/// The requirements that trajectories have to meet: limits, torques and bodies.
 pub(crate) struct CourseCheck<'a> {
     model: &'a Model,
     request: &'a CheckRequest,
@@ -178,15 +178,15 @@ pub(crate) struct CourseCheck<'a> {
     pub(crate) asked: Vec<AskedLimits>,
     jumps: Discontinuity,
     limits: Vec<CoordinateLimits>,
-    /// The torques.
+    /// The known torques of the robot.
     pub(crate) known: KnownTorque<'a>,
-    /// The bodies.
+    /// The gaps between the bodies, and to floor and walls.
     pub(crate) surroundings: RobotSurroundings,
     errors: ErrorMargins,
 }
 
 impl<'a> CourseCheck<'a> {
-    /// Fails where the bodies cannot meet the requirements on space.
+    /// Prepares the checks. Fails if the bodies cannot meet the requirements on space.
     fn new(
         model: &'a Model,
         request: &'a CheckRequest,
@@ -208,7 +208,7 @@ impl<'a> CourseCheck<'a> {
     /// The requirements on the experiments of plans.
     pub(crate) fn of_plans(model: &'a Model, request: &'a CheckRequest) -> Result<CourseCheck<'a>, Error> {
         let asked = limits_of_request(model, request.limits.as_ref())?;
-        // The acceleration of a bang-bang swing and of a sweep jumps at ramps and corners.
+        // Bang-bang swings and sweeps: the acceleration jumps at ramps and corners, so the jerk has no bound.
         let jumps = Discontinuity {
             from: LimitKind::Jerk,
             why: "the acceleration of a bang-bang swing and of a sweep jumps",
@@ -218,8 +218,8 @@ impl<'a> CourseCheck<'a> {
         CourseCheck::new(model, request, asked, jumps)
     }
 
-    /// Extends a limit of position by the tolerance of a proof where the points start or end exactly at it, for example a folded
-    /// arm: a proof has no better accuracy.
+    /// Extends a limit of position by the tolerance of a proof, if the points start or end exactly at it, as a folded arm does:
+    /// a proof is not more accurate than this.
     fn let_stand_at_ends(&mut self, points: &PointTrajectory) {
         for (limits, q) in self.limits.iter_mut().zip(points.positions()) {
             let (low, high) = limits.position;
@@ -229,7 +229,7 @@ impl<'a> CourseCheck<'a> {
         }
     }
 
-    /// The proofs of an experiment.
+    /// Proves the limits of one experiment.
     pub(crate) fn experiment(&self, experiment: &ExcitingTrajectory) -> Checked {
         self.course(&PolynomialTrajectory::of_experiment(experiment))
     }
@@ -252,7 +252,7 @@ impl<'a> CourseCheck<'a> {
         }
     }
 
-    /// Requirements that no row of the certificate covers, for any trajectory.
+    /// The requirements that no row of the certificate covers, for any trajectory.
     pub(crate) fn left_out(&self) -> Vec<LeftOut> {
         let (names, asked) = (self.model.regressor().coordinates(), &self.asked);
         let mut left_out = self.surroundings.left_out.clone();
@@ -273,7 +273,7 @@ impl<'a> CourseCheck<'a> {
     }
 }
 
-/// The kinds of limits that no row covers: the limit is not given, or its quantity jumps.
+/// Reports the kinds of limits that no row of the certificate covers: not given, or without bound because of jumps.
 fn unbounded(
     names: &[String],
     asked: &[AskedLimits],
@@ -292,7 +292,7 @@ fn unbounded(
             vec![format!("{kind} of {}", all.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", "))]
         };
         if !jumping.is_empty() {
-            // The description may give it too; a limit that the user asks for must not be ignored.
+            // The description may give this limit too, but a limit that the user asks for must not be ignored.
             let is_asked = |&k: &usize| {
                 request.limits.as_ref().is_some_and(|f| f.of(&names[k]).bounds(kind).or(f.all.bounds(kind)).is_some())
             };

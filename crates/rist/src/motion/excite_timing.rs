@@ -1,4 +1,4 @@
-//! The period and the blend of an exciting motion.
+//! Chooses the period, the blend (the time from rest to the motion) and the number of harmonics or spans of an exciting motion.
 
 use experiments::excitation::fourier_series::FourierSeries;
 use experiments::excitation::limits::CoordinateLimits;
@@ -9,16 +9,16 @@ use experiments::motion::sample_count::check_samples;
 use crate::error::Error;
 use crate::request::{ExciteRequest, MotionFamily};
 
-/// Number of instants per period and harmonic: enough to distinguish products of three harmonics.
+/// Number of instants per period of the highest harmonic: enough to distinguish products of three harmonics.
 const INSTANTS_PER_HARMONIC: usize = 30;
 /// Least number of instants per period of a Fourier series.
 const LEAST_INSTANTS: usize = 100;
-/// Largest frequency over the sampling rate: ten samples per period.
+/// Largest allowed frequency divided by the sample rate: ten samples per period.
 const HIGHEST_SHARE_OF_RATE: f64 = 0.1;
-/// Number of instants per span of a spline: between them, limits are exceeded by less than a hundredth.
+/// Number of instants per span of a spline. Between the instants, limits are exceeded by less than a hundredth.
 const INSTANTS_PER_SPAN: usize = 10;
 
-/// The median of `of` over the joints that move.
+/// The median of the quantity `of` over the joints that move.
 fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) -> f64 {
     let mut all: Vec<f64> = limits.iter().filter(|l| l.locked.is_none()).map(of).collect();
     all.sort_by(f64::total_cmp);
@@ -29,9 +29,9 @@ fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) ->
 const SHORTEST_PERIOD_S: f64 = 5.0;
 const LONGEST_PERIOD_S: f64 = 20.0;
 
-/// The default period, s: 5 to 20 s, the longer of two periods, each the median over the joints. With the first, the
-/// fundamental fills the range of positions at the greatest velocity; with the second, the highest harmonic reaches the
-/// greatest velocity and acceleration together.
+/// The default period, s, between 5 and 20: the longer of two periods, each the median over the joints. In the first, the
+/// fundamental needs the full range of positions and the full velocity. In the second, the highest harmonic needs the full
+/// velocity and the full acceleration.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let turn = std::f64::consts::TAU;
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
@@ -39,16 +39,16 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     room.max(speed).clamp(SHORTEST_PERIOD_S, LONGEST_PERIOD_S)
 }
 
-/// Number of harmonics for the default period, and least number by default.
+/// Number of harmonics from which the default period is computed, and the smallest default number.
 const FEW_HARMONICS: usize = 5;
 /// Largest number of harmonics by default.
 const MANY_HARMONICS: usize = 8;
-/// Number of moving joints up to which more harmonics are used: with more joints such a search takes minutes.
+/// With more moving joints than this, the number of harmonics stays at the smallest default: such a search would take minutes.
 const FEW_JOINTS: usize = 8;
-/// Highest useful frequency over the frequency at which velocity and acceleration reach their limits together.
+/// Highest useful frequency, divided by the frequency at which velocity and acceleration reach their limits together.
 const CORNER_FREQUENCY_FACTOR: f64 = 1.5;
 
-/// The default number of harmonics, 5 to 8: those that the median joint can use in this period. On a UR5, eight give a quarter
+/// The default number of harmonics, 5 to 8: as many as the median joint can use in this period. On a UR5, eight give a quarter
 /// more information than five.
 fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usize {
     if limits.iter().filter(|l| l.locked.is_none()).count() > FEW_JOINTS {
@@ -59,42 +59,43 @@ fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usi
     (useful_harmonics.round() as usize).clamp(FEW_HARMONICS, MANY_HARMONICS)
 }
 
-/// Time of a span over the time from rest to the greatest velocity.
+/// Duration of a span, divided by the time from rest to the greatest velocity.
 const SPAN_OVER_RISE: f64 = 1.5;
 /// Range of the default number of spans.
 const LEAST_SPANS: f64 = 8.0;
 const LARGEST_SPANS: f64 = 30.0;
 
 /// The default number of spans of a spline, 8 to 30. A span takes 1.5 times the time of the median joint from rest to its
-/// greatest velocity. With more spans the motion in each would be small, and the time of a search grows with the cube of
-/// their number.
+/// greatest velocity. With more spans, the motion in each would be small, and the search time grows with the cube of the
+/// number.
 fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     let rise = middle(limits, |l| l.velocity / l.acceleration);
     (period / (SPAN_OVER_RISE * rise)).round().clamp(LEAST_SPANS, LARGEST_SPANS) as usize
 }
 
-/// Time of the blend over the time from rest to the greatest velocity at the greatest acceleration.
+/// Duration of the blend, divided by the time from rest to the greatest velocity at the greatest acceleration.
 const BLEND_OVER_RISE: f64 = 2.5;
 /// Shortest default blend, s.
 const SHORTEST_BLEND_S: f64 = 0.5;
 
-/// The default blend, s: the longest time from rest to the greatest velocity at 0.4 of the greatest acceleration.
+/// The default duration of the blend, s: the longest time that a joint needs from rest to its greatest velocity at 0.4 of its
+/// greatest acceleration.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)
 }
 
-/// The shape, with times rounded to whole numbers of samples, and the number of instants per period that the search
-/// evaluates.
+/// The shape of the motion, with times rounded to whole numbers of samples; and the number of instants per period that the
+/// search evaluates.
 ///
-/// Fails where the rate is too low for the highest frequency of the shape, and where a file cannot hold the number of
-/// samples.
+/// Fails if the sample rate is too low for the highest frequency of the shape, or if the motion has more samples than a file
+/// can hold.
 pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(MotionShape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
     let or_default = |harmonics| whole(request.seconds().unwrap_or_else(|| tenths(default_period(limits, harmonics))));
     let usual_period = or_default(FEW_HARMONICS);
-    // (shape, number of instants, name of its fastest component, frequency of the component, Hz).
+    // (shape, number of instants, name of its fastest component, frequency of this component in Hz).
     let (shape, samples, quickest, highest) = match request.family()? {
         MotionFamily::Fourier { blend, harmonics } => {
             let period = harmonics.map_or(usual_period, or_default);
@@ -107,7 +108,7 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
         MotionFamily::Spline { spans } => {
             let period = usual_period;
             let spans = spans.unwrap_or_else(|| default_spans(limits, period));
-            // One period of the fastest swing takes four spans.
+            // The fastest swing takes four spans for one period.
             let highest = spans as f64 / (4.0 * period);
             let shape = MotionShape::Spline(QuinticSpline { period, spans });
             (shape, INSTANTS_PER_SPAN * spans, "a swing of four spans", highest)

@@ -1,4 +1,4 @@
-//! From a model to one motion that makes its parameters identifiable, within proved limits.
+//! Searches one motion that makes the parameters of a model identifiable, within proved limits.
 
 use std::path::Path;
 use std::time::Duration;
@@ -45,19 +45,20 @@ use crate::motion::nominal::{nominal_friction, nominal_values, torque_left_out, 
 use crate::motion::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
-/// Arguments: finished starts, number of starts, and a text of the criterion (det^(1/p), or cond_fro) and the nearest limits.
+/// Reports the progress of a search. Arguments: number of finished starts, number of all starts, and a text with the criterion
+/// (det^(1/p), or cond_fro) and the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// Longest time of the proof after an interruption: the user waits for the end.
+/// Longest time of the proof after an interruption; the user waits for its end.
 pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_millis(700);
 
-/// Searches for the motion with the greatest determinant of the information (or the least condition number) of the
-/// columns of an identification, and proves its limits. If the proof fails, the certificate of the motion says so.
+/// Searches for the motion with the greatest determinant of the information (or the smallest condition number) of the columns
+/// of an identification, and proves its limits. If the proof fails, the certificate of the motion says so.
 ///
-/// Links keep a usual distance, or a smaller one where no motion is found with it.
+/// Links keep a default distance; if no motion is found with it, a smaller one.
 ///
-/// Fails where a number of the request gives no motion, and where no motion is found within the limits. If it is interrupted
-/// during the search, it continues with the best motion found; during the proof, it fails.
+/// Fails if a number of the request gives no motion, or if no motion is found within the limits. If the user interrupts the
+/// search, it continues with the best motion found; an interrupted proof fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
     request.check_motion()?;
     let steps = KeptRoom::steps(request);
@@ -85,15 +86,16 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
 
 /// The outcome of a search.
 enum SearchOutcome {
-    /// A motion.
+    /// A motion was found.
     Found(Box<ExcitingMotion>),
-    /// No pose keeps this distance, with a floor or without one.
+    /// No pose keeps this distance between the bodies; `floor`: whether a floor was assumed.
     NoPose { floor: bool },
-    /// No motion.
+    /// No motion was found, with the reason.
     Refused(Refusal),
 }
 
-/// Searches for a motion that keeps this distance; if other distances follow, only where a pose with it is found quickly.
+/// Searches for a motion that keeps the distances `kept`. If smaller distances follow, the search runs only if a pose with
+/// these distances is found quickly.
 fn searched(
     model: &Model,
     request: &ExciteRequest,
@@ -103,7 +105,7 @@ fn searched(
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // Here a body is always below a floor that the request did not ask for.
+    // Here a body is always below a floor that was only assumed: the next step has no floor.
     if conditions.is_err() && kept.assumes_floor && !is_last {
         return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
@@ -112,7 +114,7 @@ fn searched(
     let torque = known.nominal_enclosure(request.effort_share, limits);
     let barrier = known.torque_barrier(request.effort_share).filter(|_| torque.is_some());
 
-    // The search. Prior information is divided by the number of samples, because the search counts one period's samples.
+    // The search. Prior information is divided by the number of samples, because the search uses the information of one sample.
     let linear = LinearModel::new(&regressor, &friction, &[]);
     let columns = visible_columns(&linear, limits);
     let (prior, prior_notes) =
@@ -147,7 +149,7 @@ fn searched(
         Err(why) => return Ok(SearchOutcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
-    // The best motion with a proof, or else the best motion of all; its certificate then says so.
+    // The best motion that is proven, or else the best motion of all; its certificate then says so.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
@@ -164,26 +166,26 @@ fn searched(
     Ok(SearchOutcome::Found(Box::new(conditions.artefact(proved, noise, seen, margins, notes))))
 }
 
-/// The conditions of a search for a motion.
+/// The model, limits, torques and bodies for a search of a motion.
 struct Conditions<'a> {
     model: &'a Model,
     request: &'a ExciteRequest,
     names: Vec<String>,
-    /// The limits of the request within the limits of the description.
+    /// The limits of the request; none is looser than the limit of the description.
     stated: Vec<CoordinateLimits>,
-    /// Possible errors of the robot.
+    /// The error margins of the robot.
     errors: ErrorMargins,
-    /// The stated limits, reduced by the errors.
+    /// The `stated` limits, reduced by these margins.
     limits: Vec<CoordinateLimits>,
     shape: MotionShape,
     /// Number of instants per period that the search evaluates.
     samples: usize,
     identified: Option<IdentifiedTorque>,
-    /// Noise (sigma) of a torque sample, N m (N), one per coordinate.
+    /// Noise (sigma) of a torque sample, N m (N), one value per coordinate.
     noise: Vec<f64>,
     known: KnownTorque<'a>,
     surroundings: RobotSurroundings,
-    /// The limits in space that the user asks for, and the default distances.
+    /// The requirements on space that the user asks for, and the default distances.
     space: SpaceLimits,
     left_out: Vec<LeftOut>,
 }
@@ -194,8 +196,8 @@ impl<'a> Conditions<'a> {
         SearchedSpace { model, request, names, limits, surroundings }
     }
 
-    /// The conditions of a request, with notes on them. Fails where they exclude every motion, and where a requirement of the
-    /// user cannot be checked.
+    /// The conditions of a request, with notes on them. Fails if they exclude every motion, or if a requirement of the user
+    /// cannot be checked.
     fn new(
         model: &'a Model,
         request: &'a ExciteRequest,
@@ -213,7 +215,7 @@ impl<'a> Conditions<'a> {
             request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
         let noise = noise(model, request, &names, &mut notes);
 
-        // Known torques.
+        // The torques of the robot, as far as they are known.
         let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
         known.check_power(&names, &limits).map_err(of_model)?;
         known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
@@ -222,7 +224,7 @@ impl<'a> Conditions<'a> {
         let (user, own) = (request.space(), SpaceLimits { spacing: kept.spacing, ..SpaceLimits::default() });
         let surroundings =
             RobotSurroundings::on_floor(model, &user, (Some(&own), kept.assumes_floor), &limits, &errors)?;
-        // A floor that the user asks for gets no default distance, so that a check of the file has the same requirement.
+        // If the user asks for a floor, it gets no default distance: a later check of the file has the same requirement.
         let spacing = own.spacing.filter(|_| user.floor.is_none());
         let space = SpaceLimits { spacing: spacing.or(user.spacing), ..user };
         let mut left_out = surroundings.left_out.clone();
@@ -249,8 +251,8 @@ impl<'a> Conditions<'a> {
         Ok((conditions, notes))
     }
 
-    /// The noise of the torques, and the noise that simulated encoders add to the residuals of the motion. The residuals of an
-    /// earlier estimate already include the encoders.
+    /// The noise of the torques, and the noise that simulated encoders add to the residuals of the motion. If residuals of an
+    /// earlier estimate are used, they already include the encoders.
     fn joint_noise(&self, motion: &Motion) -> JointNoise {
         let torque = self.noise.clone();
         match &self.known.parameters {
@@ -264,7 +266,7 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// The content of motion.yaml: the request, the motion, its certificate and the information on parameters.
+    /// The content of motion.yaml: the motion with its limits, its certificate and the information on parameters.
     fn artefact(
         &self,
         proved: ProvedMotion,
@@ -277,7 +279,7 @@ impl<'a> Conditions<'a> {
         let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
             MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
         };
-        // An assumed floor is written into the file as a required one.
+        // An assumed floor is written into the file like a required one.
         let floor = self.surroundings.floor().map(Floor::At).or(self.space.floor);
         let found = ExcitingMotion {
             checksum: Default::default(),
@@ -308,7 +310,7 @@ impl<'a> Conditions<'a> {
     }
 }
 
-/// Fails before the search where a requirement of the user cannot be checked.
+/// Fails before the search if a requirement of the user cannot be checked.
 pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
     let claims = MotionClaims { rows: &[], left_out, floor: None, lowest: None };
     match &claims.faults()[..] {
@@ -317,8 +319,8 @@ pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result
     }
 }
 
-/// A note where the search was interrupted. The best motion found is then fitted and proved, unless this is interrupted
-/// too. Fails where no motion was found.
+/// A note if the search was interrupted. The best motion found is then fitted and proved, unless the user interrupts this too.
+/// Fails if no motion was found.
 fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),
@@ -330,7 +332,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// The limits of the request within the limits of the description, and notes on them.
+/// The limits of the request, none looser than the limit of the description, and notes on them.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,
@@ -346,7 +348,7 @@ fn limits_and_notes(
     Ok((limits, notes))
 }
 
-/// The torques of an estimate. Fails where it was made with another model, or lacks parameters of this model.
+/// The torques of an estimate. Fails if it was made with another model, or lacks parameters of this model.
 pub(crate) fn identified_torque(
     model: &Model,
     names: &[String],
@@ -358,7 +360,8 @@ pub(crate) fn identified_torque(
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
 }
 
-/// Noise (sigma) of a torque sample, N m (N), one per coordinate: from an estimate's residuals, or a share of the effort limit.
+/// Noise (sigma) of a torque sample, N m (N), one per coordinate: from the residuals of an earlier estimate, or else a share of
+/// the effort limit.
 fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut Vec<String>) -> Vec<f64> {
     let mut assumed = vec![];
     let shares = torque_noise(model, request.noise, &mut assumed);

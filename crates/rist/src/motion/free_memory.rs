@@ -1,8 +1,8 @@
-//! Free memory of the machine, from files of Linux; unknown on other systems.
+//! Finds the free memory of the machine, from files of Linux; it is unknown on other systems.
 //!
-//! A process may take the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the remaining memory of
-//! its control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (files that the kernel drops
-//! first). No result depends on it: it only serves to refuse a choice that would run out of memory.
+//! A process may take the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the remaining memory
+//! of its control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these
+//! files first). No result depends on the free memory: it only serves to refuse a request that would run out of memory.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use gate::source;
 /// Largest size of these files, bytes.
 const LARGEST_FILE_BYTES: usize = 1 << 16;
 
-/// Memory that a process may still take, bytes; `None` where it is unknown.
+/// Memory that the process may still take, bytes; `None` if it is unknown.
 pub(crate) fn free_bytes() -> Option<f64> {
     let text = |path: &str| String::from_utf8(source::system_file_head(Path::new(path), LARGEST_FILE_BYTES).ok()?).ok();
     let of_machine = text("/proc/meminfo").and_then(|content| available(&content));
@@ -22,14 +22,14 @@ pub(crate) fn free_bytes() -> Option<f64> {
     [of_machine, of_group].into_iter().flatten().reduce(f64::min)
 }
 
-/// Available memory by /proc/meminfo, bytes.
+/// The available memory by the text of /proc/meminfo, bytes.
 fn available(meminfo: &str) -> Option<f64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024.0 * kibibytes)
 }
 
-/// Memory of inactive files by memory.stat, bytes.
+/// The memory of inactive files by the text of memory.stat, bytes.
 fn inactive_files(stat: &str) -> Option<f64> {
     stat.lines().find_map(|line| line.strip_prefix("inactive_file "))?.trim().parse().ok()
 }

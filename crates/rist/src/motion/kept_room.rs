@@ -1,4 +1,4 @@
-//! The default distances of a motion: to the limits of position, between links, and to the floor.
+//! The distances that a motion keeps by default: to the limits of position, between links, and to the floor.
 
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
@@ -6,25 +6,25 @@ use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use crate::describe::model::Model;
 use crate::request::ExciteRequest;
 
-/// Distance of turning joints to their limits of position, rad: larger than usual errors of zero and tracking.
+/// Distance that turning joints keep to their limits of position, rad: larger than usual errors of encoder zero and tracking.
 const DISTANCE_FROM_ENDS_RAD: f64 = 0.02;
-/// Largest such distance as a share of a joint's range, for joints with a small range.
+/// This distance is at most this share of a joint's range, so that joints with a small range can move.
 const SHARE_OF_RANGE: f64 = 0.02;
-/// Distances between links and to the floor, m; the first that allows a motion is used: the usual distance; half of it, which a
-/// check demands of other motions; and a minimum.
+/// Distances between links and to the floor, m; the first one that allows a motion is used: the default distance; half of it,
+/// which a check demands of motions from other sources; and a minimum.
 const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
 
-/// The default distances of bodies.
+/// One step of the distances that bodies keep by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KeptRoom {
     /// Whether the plane of the base is assumed to be the floor.
     pub(crate) assumes_floor: bool,
-    /// Distance between links and to that floor, m; at most half of the largest possible distance.
+    /// Distance between links and to the assumed floor, m. A gap keeps at most half of its largest possible distance.
     pub(crate) spacing: Option<f64>,
 }
 
 impl KeptRoom {
-    /// The distances that are tried in this order.
+    /// The distances to try, in this order.
     pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
         let space = request.space();
         let spacings = match space.spacing {
@@ -36,7 +36,7 @@ impl KeptRoom {
         with_floor.chain(spacings.iter().map(step(false))).collect()
     }
 
-    /// A note on the distances; `None` without bodies.
+    /// A note on the distances; `None` if no gap keeps a default distance.
     pub(crate) fn note(&self, request: &ExciteRequest, gaps: &[Gap]) -> Option<String> {
         let (space, spacing) = (request.space(), self.spacing?);
         let has = |limit: LimitKind| gaps.iter().any(|gap| gap.limit == limit);
@@ -57,8 +57,8 @@ impl KeptRoom {
     }
 }
 
-/// Reduces the limits of position of turning joints that only the description limits, where no margin of joints is given.
-/// Returns a note on it.
+/// Reduces the limits of position of turning joints, if only the description gives them and no margin of joints is given.
+/// Returns a note on this.
 pub(crate) fn keep_from_ends(
     model: &Model,
     request: &ExciteRequest,

@@ -1,4 +1,4 @@
-//! Plot data of an exciting motion for a page.
+//! Data for plots of an exciting motion on a page.
 
 use std::path::Path;
 
@@ -15,17 +15,17 @@ use crate::motion::exciting::ExcitingMotion;
 use crate::motion::known_torque::KnownTorque;
 use crate::request::CheckRequest;
 
-/// The motion according to its file alone. It lacks torques and positions of links, which need a model. `file` stands
-/// in messages.
+/// The plot data of a motion from its file alone. Torques and positions of links are missing, since they need a model. `file`
+/// is named in messages.
 ///
-/// Fails where the file contains no motion.
+/// Fails if the file contains no motion.
 pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {
     Ok(MotionPlotData::of_file(artefact, &artefact.motion(&file.display().to_string())?))
 }
 
-/// The motion with the limits and proofs of a new check. `file` stands in messages.
+/// The plot data of a motion, with the limits and proofs of a new check. `file` is named in messages.
 ///
-/// Fails where the motion was made with another model or is invalid.
+/// Fails if the motion was made with another model or is invalid.
 pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {
     let checked = check(model, file, artefact, &CheckRequest::default())?;
     let plot_data = drawn(model, artefact, checked.limits.clone())?;
@@ -33,9 +33,9 @@ pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> 
     Ok(MotionPlotData { certificate, notes, left_out, floor, lowest, margins: Some(margins), ..plot_data })
 }
 
-/// A motion with its own certificate.
+/// The plot data of a motion with its own certificate.
 ///
-/// Fails where it is no motion.
+/// Fails if `found` holds no valid motion.
 pub fn found_motion(model: &Model, found: &ExcitingMotion) -> Result<MotionPlotData, Error> {
     let plot_data = drawn(model, found, found.joints.iter().map(|j| j.limits.clone()).collect())?;
     Ok(plot_data.with_certificate_of(found))

@@ -1,4 +1,4 @@
-//! Why a search found no motion: the requirements that poses violate, and the remedies that were tried.
+//! Reports why a search found no motion: the requirements that random poses violate, and remedies that were tried.
 
 use clearance::shown_length::shown_length;
 use experiments::excitation::centre::{Obstacle, ViolatedLimit, broken_at_poses};
@@ -18,24 +18,24 @@ use crate::request::ExciteRequest;
 
 /// Number of random poses that are tested for violated requirements.
 const TESTED_POSES: usize = 300;
-/// Number of most frequent violations that are named.
+/// Number of violations that the message names, the most frequent ones.
 const NAMED_VIOLATIONS: usize = 5;
-/// Least share of the poses in which a pair that may be accepted is too close.
+/// A remedy accepts a pair of links only if it is too close in at least this share of the poses.
 const ACCEPTED_PAIR_SHARE: f64 = 0.95;
-/// Largest number of coordinates that a remedy locks.
+/// Largest number of coordinates that a remedy may lock.
 const MOST_LOCKED: usize = 2;
-/// Starts of the search that tries a remedy: it needs a proven motion, not the best one.
+/// Number of starts of the search that tries a remedy: it needs a proven motion, not the best one.
 const TRIAL_STARTS: usize = 2;
 /// Iterations of this search.
 const TRIAL_ITERATIONS: usize = 10;
 
-/// Seed of the random poses in which a pair is separated.
+/// Seed of the random poses, among which a pose with a separated pair is searched.
 const POSES_SEED: u64 = 41;
 
-/// The reason why there is no motion, and remedies to try.
+/// The reason why there is no motion, and possible remedies.
 pub(crate) struct Refusal {
     message: String,
-    /// Requests that may help; their differences are printed.
+    /// Changed requests that may help; only their differences from the original are printed.
     candidates: Vec<ExciteRequest>,
 }
 
@@ -85,7 +85,7 @@ impl SearchedSpace<'_> {
         Refusal { message, candidates }
     }
 
-    /// The request with a coordinate locked in the middle of its range.
+    /// The request with coordinate `k` locked in the middle of its range.
     fn locking(&self, k: usize) -> ExciteRequest {
         let mut limits = self.request.limits.clone().unwrap_or_default();
         let (low, high) = self.limits[k].position;
@@ -94,14 +94,14 @@ impl SearchedSpace<'_> {
         ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
-    /// The request with the default share of the drives, where its own share is smaller.
+    /// The request with the default share of the effort limits; none if its own share is already as large.
     fn with_more_effort(&self) -> Vec<ExciteRequest> {
         let usual = ExciteRequest::default().effort_share;
         let request = ExciteRequest { effort_share: usual, ..self.request.clone() };
         if self.request.effort_share < usual { vec![request] } else { vec![] }
     }
 
-    /// The refusal with the violations at random poses, the most frequent first, and remedies.
+    /// The refusal that lists the violations at random poses, the most frequent first, with remedies.
     fn no_free_pose(&self, problem: &Problem) -> Refusal {
         // Most frequent violations first.
         let (free, broken) = broken_at_poses(problem, TESTED_POSES);
@@ -127,7 +127,7 @@ impl SearchedSpace<'_> {
             self.model.path.display(),
             all.join(", ")
         );
-        // Remedies: other limits in space, and more effort where effort is violated.
+        // Remedies: other limits in space, and more effort if limits of effort are violated.
         let of_limits = |limits: LimitsFile| ExciteRequest { limits: Some(limits), ..self.request.clone() };
         let mut candidates: Vec<ExciteRequest> = self.candidates(&broken).into_iter().map(of_limits).collect();
         if broken.iter().any(|broken| matches!(broken.what, Obstacle::Effort(_))) {
@@ -136,8 +136,8 @@ impl SearchedSpace<'_> {
         Refusal { message, candidates }
     }
 
-    /// Limits that may help: without the required distance, with joints locked that separate the worst pair, with pairs accepted
-    /// that are too close in nearly all poses.
+    /// Limits that may help: without the required distance; with joints locked in a pose that separates the worst pair; with
+    /// pairs accepted that are too close in nearly all poses.
     fn candidates(&self, broken: &[ViolatedLimit]) -> Vec<LimitsFile> {
         let asked = self.request.limits.clone().unwrap_or_default();
         let mut found = Vec::new();
@@ -163,7 +163,8 @@ impl SearchedSpace<'_> {
         found
     }
 
-    /// Limits with the joints that move a pair locked in the random pose with the largest distance; `None` with too many joints.
+    /// Limits in which the joints that move the gap `gap` are locked, in the random pose with the largest distance; `None` if
+    /// these are too many joints.
     fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
         let moved_by = self.surroundings.moved_by(gap);
         let free = |k: &usize| self.limits[*k].locked.is_none();
@@ -193,7 +194,7 @@ impl SearchedSpace<'_> {
 }
 
 impl Refusal {
-    /// The refusal as an error, with the first candidate that leads to a proven motion; `proves`: whether a request does.
+    /// The refusal as an error, with the first remedy that leads to a proven motion. `proves`: whether a request leads to one.
     pub(crate) fn with_remedies(self, request: &ExciteRequest, proves: impl Fn(&ExciteRequest) -> bool) -> Error {
         let helps = |candidate: &&ExciteRequest| {
             let candidate =
@@ -211,7 +212,7 @@ impl Refusal {
     }
 }
 
-/// The difference of a request to the original one, in words.
+/// The difference between the request `candidate` and the original `request`, in words.
 fn words(candidate: &ExciteRequest, request: &ExciteRequest) -> String {
     if candidate.effort_share != request.effort_share {
         return format!("[effort_share={}]", candidate.effort_share);

@@ -1,4 +1,4 @@
-//! Data of the description for torques: friction, values of parameters, noise.
+//! Values of the description for torques: friction, parameters, noise.
 
 use claims::{LeftOut, LeftOutTopic};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitsFile};
@@ -10,10 +10,11 @@ use robot::value::CoordinateId;
 
 use crate::describe::model::Model;
 
-/// Noise (sigma) of a torque sample where no effort limit is known, N m (N).
+/// Noise (sigma) of a torque sample if no effort limit is known, N m (N).
 const DEFAULT_TORQUE_NOISE: f64 = 0.1;
 
-/// Noise (sigma) of a torque sample, N m (N), one per coordinate: `share` of the effort limit.
+/// Noise (sigma) of a torque sample, N m (N), one per coordinate: `share` of the effort limit. `notes` gets a sentence on
+/// coordinates without a limit.
 pub fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
     let coordinates = &model.robot.coordinates;
     let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
@@ -27,7 +28,7 @@ pub fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f
     coordinates.iter().map(|c| effort(c).map_or(DEFAULT_TORQUE_NOISE, |e| share * e)).collect()
 }
 
-/// Friction of the description, one per coordinate.
+/// The friction in the description, one entry per coordinate; missing values are zero.
 pub(crate) fn nominal_friction(model: &Model) -> Vec<NominalFriction> {
     let of = |k: usize| {
         let joint = model.robot.joint_of(CoordinateId(k)).map(|j| &model.robot.link(j).joint);
@@ -41,7 +42,7 @@ pub(crate) fn nominal_friction(model: &Model) -> Vec<NominalFriction> {
     (0..model.robot.n_coordinates()).map(of).collect()
 }
 
-/// The torques and powers that are not checked, with the reason. `asked`: the limits file of the user.
+/// The limits of torque and power that are not checked, with the reason. `asked`: the limits file of the user.
 pub(crate) fn torque_left_out(
     model: &Model,
     is_known: bool,
@@ -49,7 +50,7 @@ pub(crate) fn torque_left_out(
     limits: &[CoordinateLimits],
     asked: Option<&LimitsFile>,
 ) -> Vec<LeftOut> {
-    // Limits in the user's file are reported separately from limits that only the description has.
+    // Limits from the user's file are reported separately from limits that only the description has.
     let is_asked = |name: &str, of: fn(&AskedLimits) -> Option<f64>| {
         asked.is_some_and(|file| of(&file.of(name)).or(of(&file.all)).is_some())
     };
@@ -93,7 +94,7 @@ pub(crate) fn torque_left_out(
     all.into_iter().filter(|out| !out.of.is_empty()).collect()
 }
 
-/// Values of the description, one per parameter of the model.
+/// The value of each parameter of `linear` in the description; `None` if it gives none.
 pub fn nominal_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
     let base = model.nominal_parameters();
     let count = model.regressor().parameters().len();

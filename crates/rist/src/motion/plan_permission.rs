@@ -1,7 +1,7 @@
-//! The motions that a plan may choose from: torques and distances of bodies keep their limits with a margin.
+//! Decides which motions a plan may choose from: torques and distances of bodies have to keep their limits with a margin.
 //!
-//! Instants of one period are checked, and places on the path between its ends, which is straight. The proof of the chosen
-//! experiments covers the motion between them ([`crate::motion::planning`]).
+//! Torques are checked at instants of one period, bodies at places on the path between its ends, which is straight. The proof
+//! of the chosen experiments covers the motion between these ([`crate::motion::planning`]).
 
 use experiments::excitation::gap_proof::{GapCache, Surroundings};
 use experiments::excitation::limits::AskedLimits;
@@ -14,7 +14,8 @@ use crate::describe::model::Model;
 use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::nominal_friction;
 
-/// Number of instants per period at which torques are checked; shifted by half a step, so that none is at a corner.
+/// Number of instants per period at which torques are checked. The instants are shifted by half a step, so that none is at a
+/// corner of the motion.
 const TORQUE_INSTANTS: usize = 64;
 /// Largest step of a coordinate between two places at which bodies are checked, rad (m).
 const LARGEST_STEP_RAD_M: f64 = 0.1;
@@ -24,16 +25,16 @@ const PLACES_ON_PATH: std::ops::RangeInclusive<usize> = 5..=60;
 /// The requirements of the description and of the user's limits on torques and bodies.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
-    /// Base parameters, where the description has them; and base parameters with a possible payload.
+    /// Base parameters of the description, and the same with a possible payload; empty if it has none.
     parameters: Vec<Vec<f64>>,
     friction: Vec<NominalFriction>,
-    /// Largest torque without dry friction, one per coordinate, N m (N).
+    /// Largest allowed torque without dry friction, one per coordinate, N m (N); `None` if there is no limit.
     most: Vec<Option<f64>>,
     surroundings: &'a RobotSurroundings,
 }
 
 impl<'a> PlanPermission<'a> {
-    /// `share`: share of the limits of effort that a torque may use; `known`: the torques of the description.
+    /// `share`: share of the limits of effort that a torque may use; `known`: the known torques of the robot.
     pub(crate) fn new(
         model: &'a Model,
         limits: &[AskedLimits],
@@ -49,8 +50,8 @@ impl<'a> PlanPermission<'a> {
         PlanPermission { model, parameters, friction, most, surroundings }
     }
 
-    /// Whether distances of bodies and torques at rest keep their limits at a pose. `known`: distances of the pose before it on
-    /// the path.
+    /// Whether distances of bodies and torques at rest keep their limits at the pose `q`. `known`: distances of the previous
+    /// pose on the path, to save time.
     fn is_free(&self, q: &[f64], known: &mut GapCache) -> bool {
         let mut is_free = true;
         let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
@@ -94,13 +95,14 @@ impl Permission for PlanPermission<'_> {
                 (0..n).map(|k| if k == trajectory.fast { 0.5 * range } else { 0.0 }).collect()
             }
         };
-        // q = centre + share * half range along the straight path, share from -1 to 1.
+        // q = centre + share * half range on the straight path; share from -1 to 1.
         let at = |share: f64| -> Vec<f64> { trajectory.centre.iter().zip(&half).map(|(c, h)| c + share * h).collect() };
         let longest = half.iter().fold(0.0_f64, |m, h| m.max(2.0 * h.abs()));
         let places = (longest / LARGEST_STEP_RAD_M).ceil() as usize;
         let places = places.clamp(*PLACES_ON_PATH.start(), *PLACES_ON_PATH.end());
         let on_the_path = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
-        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2. Sweep: its velocity and acceleration with all signs at each place.
+        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: its largest
+        // velocity and acceleration, with all signs, at each place.
         let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
             JointMotion::Swing { profile, period, .. } => {
                 let t = *period as f64 * trajectory.sample_time;

@@ -1,4 +1,4 @@
-//! From a model to the experiments that identify it best.
+//! Plans the experiments that identify a model best.
 
 use claims::significant;
 use experiments::excitation::limits::AskedLimits;
@@ -27,41 +27,41 @@ use crate::motion::free_memory::free_bytes;
 use crate::motion::plan_permission::PlanPermission;
 use crate::request::{CheckRequest, Request};
 
-/// A plan, and the assumptions behind it.
+/// A plan, with its assumptions and the proofs of its experiments.
 pub struct Planned {
-    /// The chosen experiments with their expected information.
+    /// The chosen experiments with the information that they are expected to give.
     pub plan: ExperimentPlan,
-    /// Sentences on assumptions for missing data of the description.
+    /// Sentences on what was assumed because the description does not say it.
     pub notes: Vec<String>,
-    /// The proofs of each experiment, by its name.
+    /// The proved limits of each experiment, with its name.
     pub checked: Vec<(String, Checked)>,
 }
 
-/// Time for the limits and rows of one motion, per coordinate and base parameter, CPU s. Measured on two cores of an AMD EPYC
-/// (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints, 7.5e-6 and
-/// 9.8e-6 for 60 and 200 of a UR5, which are seconds. Only for a rough forecast.
+/// CPU time, s, to compute limits and rows of one motion, divided by (coordinates x base parameters). Measured on two cores of
+/// an AMD EPYC (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints;
+/// 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds. Used only for a rough forecast.
 const S_PER_ROWS: f64 = 5e-6;
-/// Time of the choice for one motion, per coordinate, base parameter, start and experiment, CPU s: the time of 12 starts minus
-/// the time of one, over the number of permitted motions: 4.4e-8 on the chain, and less on the UR5.
+/// CPU time, s, to choose among the motions, divided by (motions x coordinates x base parameters x starts x experiments).
+/// Measured as the time of 12 starts minus the time of one: 4.4e-8 on the chain, and less on the UR5.
 const S_PER_CHOICE: f64 = 4e-8;
-/// Time above which a forecast is given, CPU s.
+/// CPU time above which a forecast is given, s.
 const FORECAST_TIME_S: f64 = 60.0;
-/// Memory above which a forecast contains it, bytes.
+/// Memory above which the forecast names the memory, bytes.
 const FORECAST_MEMORY_BYTES: f64 = 1e9;
 
-/// A forecast of the number of motions and of the time of a plan; `None` where it takes less than a minute of CPU time.
+/// A forecast of the number of motions and of the time of a plan; `None` if it takes less than a minute of CPU time.
 ///
-/// Fails where the choice needs more memory than the machine has free, if this is known.
+/// Fails if the choice needs more memory than the machine has free (if this is known).
 pub fn cost_forecast(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
     cost_forecast_within(model, request, free_bytes())
 }
 
-/// The forecast on a machine with `free` bytes of memory; `None`: unknown.
+/// The forecast on a machine with `free` bytes of free memory; `None`: not known.
 fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
     let (n, p) = (model.regressor().coordinates().len(), model.regressor().parameters().len());
     let has_gravity = grid_of(model, request).gravity;
     let kinds = count_of_kinds(n, has_gravity);
-    // At most one configuration per point of the grid.
+    // There cannot be more configurations than points of the grid.
     let points = request.steps.checked_pow(u32::try_from(n).unwrap_or(u32::MAX)).unwrap_or(usize::MAX);
     let configurations = request.configurations.min(points);
     let motions = kinds.saturating_mul(configurations);
@@ -85,16 +85,15 @@ fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>)
         .then(|| format!("{what}: the plan takes about {minutes:.0} minutes of CPU time{memory}; {remedy}")))
 }
 
-/// Largest number of choices of a plan, each without the experiments whose proof failed before.
+/// Largest number of repeated choices for a plan; each omits the experiments whose proof failed before.
 const LARGEST_NUMBER_OF_CHOICES: usize = 10;
 
-/// Chooses the experiments with the greatest determinant (or the least condition number) of their information, among the
-/// experiments that keep the limits of the description and of the request on torques and bodies, and proves these limits.
-/// `progress`: finished starts, number of starts, best value.
+/// Chooses the experiments with the greatest determinant (or the smallest condition number) of their information. All of them
+/// keep the limits of the description and of the request on torques and bodies; these limits are proved. `progress`: number of
+/// finished starts, number of all starts, best value.
 ///
-/// Fails where a number of the request or a limit of the description is out of range, where the limits exclude every
-/// motion, and where a requirement of the request cannot be checked. If it is interrupted during the search, it returns the
-/// best plan found.
+/// Fails if a number of the request or a limit of the description is out of range, if the limits exclude every motion, or if a
+/// requirement of the request cannot be checked. If the user interrupts the search, it returns the best plan found.
 pub fn plan(
     model: &Model,
     request: &PlanRequest,
@@ -108,7 +107,7 @@ pub fn plan(
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
-    // Candidates keep the limits at instants; the proof decides between them.
+    // The limits of candidates are checked only at instants; the proof checks them between instants.
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = processor::threads();
     let search = SearchEffort {
@@ -133,7 +132,7 @@ pub fn plan(
         let experiments = plan.trajectories("the plan")?;
         let proofs: Vec<Checked> = experiments.iter().map(|experiment| held.experiment(experiment)).collect();
         Interruption::check()?;
-        // Experiments without a proof are removed from the candidates, and the choice is repeated.
+        // Experiments whose proof fails are removed from the candidates, and the choice is repeated.
         let failed: Vec<&ExcitingTrajectory> =
             experiments.iter().zip(&proofs).filter(|(_, proof)| !proof.is_proven()).map(|(e, _)| e).collect();
         if failed.is_empty() {
@@ -161,27 +160,28 @@ fn no_motion(model: &Model) -> Error {
     ))
 }
 
-/// The motions to choose from.
+/// The motions from which the experiments are chosen.
 struct Candidates {
     candidates: Vec<Candidate>,
-    /// The assumptions behind them.
+    /// Sentences on the assumptions.
     notes: Vec<String>,
     /// Noise of a torque sample, N m (N), one per coordinate.
     noise: Vec<f64>,
 }
 
-/// Assumed time from rest to the greatest velocity, where a velocity is given and no acceleration, s.
+/// If a velocity limit but no acceleration limit is given: assumed time from rest to the greatest velocity, s.
 const RISE_S: f64 = 0.3;
 
-/// Noise (sigma) of a torque sample without inertial parameters, N m (N).
+/// Noise (sigma) of a torque sample if the description has no inertial parameters, N m (N).
 const DEFAULT_TORQUE_NOISE: f64 = 0.1;
 
-/// The limits of the motions of a plan: from the description and the user's file, assumed where neither has a limit.
+/// The limits of the motions of a plan: from the description and the user's file, or assumed if neither gives a limit. The
+/// sentences say what was assumed.
 fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
     let mut robot = model.robot.clone();
     let mut quick = Vec::new();
     for (coordinate, asked) in robot.coordinates.iter_mut().zip(asked) {
-        // A locked position gets a range here, so that no note is written on it; the range is replaced below.
+        // A locked coordinate gets a range here, so that no note is written on its missing limits; the range is replaced below.
         let around = asked.locked.map(|q| (q - 1.0, q + 1.0));
         if asked.acceleration.is_none() && asked.velocity.is_some() {
             quick.push(coordinate.name.clone());
@@ -208,7 +208,7 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
-    // Torque noise is a share of the effort, which needs inertial parameters.
+    // Torque noise is a share of the effort; the effort is computed with inertial parameters.
     let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);
@@ -241,7 +241,7 @@ fn grid_of(model: &Model, request: &PlanRequest) -> CandidateGrid {
     }
 }
 
-/// Refuses a request with unusable numbers, and experiments with too many samples.
+/// Fails if a number of the request is unusable, or if an experiment has too many samples.
 fn check(request: &PlanRequest) -> Result<(), Error> {
     request.check()?;
     check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("[rate] and [duration]: {e}")))
@@ -279,17 +279,17 @@ mod tests {
         assert_eq!(cost_forecast(&short, &request).unwrap(), None);
         let many = PlanRequest { starts: 100, ..request.clone() };
         let forecast = cost_forecast(&long, &many).unwrap().expect("minutes");
-        // 12 kinds for inertia and for gravity each, 11 mixed, 12 x 11 with one companion.
+        // Kinds of motion: 12 for inertia and 12 for gravity, 11 mixed, 12 x 11 with one companion joint.
         assert!(forecast.starts_with("167 kinds of motion about 60 configurations are 10020 motions: "), "{forecast}");
         assert!(forecast.contains(" minutes of CPU time; lower [configurations] or [starts]"), "{forecast}");
-        // With one start the rows take most of the time, measured on a chain of 14 joints: 80 CPU s.
+        // With one start, the rows take most of the time; on a chain of 14 joints 80 CPU s were measured.
         let few = PlanRequest { starts: 1, ..request.clone() };
         let forecast = cost_forecast(&chain(14), &few).unwrap().expect("minutes");
         assert!(forecast.contains(" 2 minutes of CPU time"), "{forecast}");
         let endless = PlanRequest { configurations: 100_000, ..request };
         let refused = cost_forecast_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
         assert!(refused.contains(" GB of memory, and 8 GB are free: lower [configurations]"), "{refused}");
-        // Where the free memory is unknown, the forecast contains the memory.
+        // If the free memory is unknown, the forecast names the memory.
         let forecast = cost_forecast_within(&long, &endless, None).unwrap().expect("hours");
         assert!(forecast.contains(" minutes of CPU time and ") && forecast.contains(" GB of memory; "), "{forecast}");
     }

@@ -1,4 +1,4 @@
-//! A motion as a file that a controller plays.
+//! Writes a motion as a file that a controller plays.
 
 use std::path::Path;
 
@@ -10,24 +10,24 @@ use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// The player of a motion.
+/// The kind of file that plays a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayFormat {
-    /// A controller that takes points.
+    /// A file of points, for a controller that follows points.
     Trajectory(TrajectoryFormat),
-    /// URScript, by servoj.
+    /// A URScript program that sends the set points by `servoj`.
     ServoScript,
 }
 
-/// Rate of set points of a Universal Robots e-Series, Hz.
+/// Rate at which a Universal Robots e-Series takes set points, Hz.
 pub(crate) const UR_E_SERIES_HZ: f64 = 500.0;
-/// Rate of set points of a Universal Robots CB3, Hz.
+/// Rate at which a Universal Robots CB3 takes set points, Hz.
 pub(crate) const UR_CB3_HZ: f64 = 125.0;
 
 impl PlayFormat {
-    /// The player of a file, by the extension: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
+    /// The kind of a file, by its extension: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
     ///
-    /// Fails for other extensions, and for URScript where the robot does not have six turning joints.
+    /// Fails for other extensions, and for URScript if the robot does not have six turning joints.
     pub fn of_file(file: &Path, model: &Model) -> Result<PlayFormat, Error> {
         let end = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let regressor = model.regressor();
@@ -49,10 +49,10 @@ impl PlayFormat {
         }
     }
 
-    /// The text of the file: points at the rate of the motion; set points of URScript at the rate of a controller, 125 Hz where
-    /// the motion has this rate, otherwise 500 Hz.
+    /// The text of the file. Points have the rate of the motion. Set points of URScript have the rate of a controller: 125 Hz
+    /// if the motion has this rate, otherwise 500 Hz.
     ///
-    /// Fails where the file contains no motion.
+    /// Fails if `motion` holds no valid motion.
     pub fn text(self, motion: &ExcitingMotion) -> Result<String, Error> {
         let found = motion.motion("the motion")?;
         let rate = match self {

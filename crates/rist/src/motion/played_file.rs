@@ -1,4 +1,5 @@
-//! A file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points from another source.
+//! Reads and checks a file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points from another
+//! source.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -16,45 +17,45 @@ use crate::motion::checking::{Checked, check};
 use crate::motion::checking_trajectories::{check_experiments, check_points, efficiency_again};
 use crate::request::CheckRequest;
 
-/// The content of a file.
+/// The content of a file that a robot follows.
 pub enum PlayedFile {
     /// A motion of `rist excite`.
     Motion(Box<ExcitingMotion>),
     /// A plan of `rist plan`.
     Plan(Box<ExperimentPlan>),
-    /// A JointTrajectory.
+    /// Points of a JointTrajectory of ROS.
     Points(Box<PointTrajectory>),
-    /// A table, or the folder of a recording.
+    /// Points of a table, or of the folder of a recording.
     Table(Box<PointTrajectory>),
 }
 
-/// Extensions of text files; other files are tables.
+/// Extensions of text files; a file with another extension is read as a table.
 const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-/// Largest difference of the D-efficiency of a proof from the value in its file that counts as rounding.
+/// Largest difference between the D-efficiency that a proof gives and the value in the file that counts as rounding.
 const EFFICIENCY_ROUNDING: f64 = 1e-9;
 
-/// The D-efficiency that a proof in a plan's file guarantees.
+/// The check of the D-efficiency that a plan's file claims.
 pub struct ProofCheck {
-    /// The lower bound of the D-efficiency; `None` without a proof.
+    /// The lower bound of the D-efficiency that the proof gives; `None` without a proof.
     pub found: Option<f64>,
-    /// Whether the value in the file is not larger than this bound.
+    /// Whether the value in the file is at most this bound.
     pub is_kept: bool,
-    /// A sentence on both.
+    /// A sentence on the bound and the value in the file.
     pub sentence: String,
 }
 
 /// The certificates of a file, proved again.
 pub struct CheckedFile {
-    /// One per experiment of a plan, by its name; otherwise one without a name.
+    /// The results with their names: one per experiment of a plan, otherwise a single one with an empty name.
     pub parts: Vec<(String, Checked)>,
     /// Remarks on the file itself.
     pub notes: Vec<String>,
-    /// The D-efficiency, for a plan.
+    /// The check of the D-efficiency; `None` if the file is no plan.
     pub worth: Option<ProofCheck>,
 }
 
 impl CheckedFile {
-    /// Reasons against the file, in sentences.
+    /// The reasons why the file is not accepted, as sentences; empty if it is accepted.
     pub fn faults(&self) -> Vec<String> {
         let of = |(name, checked): &(String, Checked)| -> Vec<String> {
             let with_name = |fault: String| if name.is_empty() { fault } else { format!("{name}: {fault}") };
@@ -65,10 +66,10 @@ impl CheckedFile {
     }
 }
 
-/// Readers of points from other sources.
+/// Readers of points from other sources, which another package registers.
 #[derive(Clone, Copy)]
 pub struct PointReader {
-    /// Reads a file with a table, with the coordinates of a model.
+    /// Reads the points of a table, for the coordinates of a model.
     pub of_table: fn(&Model, &Path) -> Result<PointTrajectory, Error>,
     /// Reads the text of a JointTrajectory; arguments: name of the file, text.
     pub of_ros: fn(&str, &str) -> Result<PointTrajectory, logs::Error>,
@@ -76,21 +77,21 @@ pub struct PointReader {
 
 static POINTS: OnceLock<Result<PointReader, &'static str>> = OnceLock::new();
 
-/// Sets the readers, or the error text where none are built in; only the first call counts.
+/// Registers the readers, or the error text if none are built in; only the first call has an effect.
 pub(crate) fn register(points: Result<PointReader, &'static str>) {
     POINTS.get_or_init(|| points);
 }
 
-/// The registered readers of points; `path` stands in messages.
+/// The registered readers of points; `path` is named in messages.
 fn point_reader(path: &Path) -> Result<PointReader, Error> {
     let reader = POINTS.get().copied().unwrap_or(Err("no reader of points is registered"));
     reader.map_err(|why| Error::new(format_args!("{}: points that others made: {why}", path.display())))
 }
 
 impl PlayedFile {
-    /// Reads a file; its kind follows from its content and its extension.
+    /// Reads a file; its content and its extension show its kind.
     ///
-    /// Fails where it has none of the formats.
+    /// Fails if the file has none of the known formats.
     pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         if extension.is_some_and(|extension| !TEXTS.contains(&extension.as_str())) || path.is_dir() {
@@ -104,15 +105,15 @@ impl PlayedFile {
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Files of earlier versions have no first line with the kind: their keys differ.
+            // Files of earlier versions have no first line with the kind: their keys tell the kind.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })
     }
 
-    /// Proves its limits again; `file` stands in messages.
+    /// Proves the limits of the file's motions again; `file` is named in messages.
     ///
-    /// Fails as [`check`], [`check_points`] and [`check_experiments`] do, and where an interpolation is given for a file that
+    /// Fails like [`check`], [`check_points`] and [`check_experiments`], and if an interpolation is given for a file that
     /// defines its motion completely.
     pub fn check(
         &self,
@@ -141,9 +142,9 @@ impl PlayedFile {
     }
 }
 
-/// The repeated proofs of a plan, for a page.
+/// Repeats the proofs of a plan, for a page.
 ///
-/// Fails as a check of it does.
+/// Fails like [`PlayedFile::check`].
 pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<PlanProof, Error> {
     let checked = PlayedFile::Plan(Box::new(plan.clone())).check(model, file, None, &CheckRequest::default())?;
     let stands = |(name, checked): &(String, Checked)| (name.clone(), checked.claims().to_string());

@@ -1,8 +1,8 @@
-//! From the motions of a search to a proven motion, and the loss of information by the proof.
+//! Chooses a proven motion among the motions of a search, and computes the loss of information by the proof.
 //!
-//! A search evaluates torques at instants; between them torques are greater. A motion whose amplitudes are reduced until its
-//! torques are proven loses much information where gravity dominates: then the search continues with a limit that is lower by
-//! the excess, and finds another motion.
+//! A search evaluates torques only at instants; between instants they are greater. Reducing the amplitudes of a motion until
+//! its torques are proven loses much information if gravity dominates. The search then continues with a torque limit that is
+//! lower by the excess, and finds another motion.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};
@@ -19,20 +19,22 @@ use crate::request::ExciteRequest;
 pub(crate) struct ProvedMotion {
     pub(crate) motion: Motion,
     pub(crate) certificate: Vec<CertificateRow>,
-    /// Its det^(1/p) (or 1/cond) over the value of the best motion of the search, at the instants of the search.
+    /// The criterion det^(1/p) (or 1/cond) of the motion, divided by that of the best motion of the search; both at the
+    /// instants of the search.
     pub(crate) kept_share: f64,
-    /// The greatest ratio of torque or power to its limit, by instants or the proof, before the amplitudes were reduced.
+    /// The greatest ratio of torque or power to its limit before the amplitudes were reduced, at instants or by the proof.
     beyond: f64,
 }
 
-/// Share of the best criterion below which the search continues.
+/// The search continues if the proven motion has less than this share of the best criterion.
 const ENOUGH_KEPT: f64 = 0.9;
-/// Largest number of further searches.
+/// Largest number of such further searches.
 const MOST_SEARCHES_MORE: usize = 2;
-/// Additional factor of a lower limit, below the limit that would just remove the excess.
+/// A lowered limit is multiplied by this factor, so that it is a little below the limit that would just remove the excess.
 const BELOW_MISSING: f64 = 0.99;
 
-/// The first proven motion, improved by further searches; the first motion where none is proven. `None` without motions.
+/// The first proven motion of `found`, or else its first; replaced by one of a further search that is proven, or keeps more of
+/// the criterion. `None` if empty.
 pub(crate) fn proved(
     request: &ExciteRequest,
     problem: &Problem,
@@ -42,13 +44,13 @@ pub(crate) fn proved(
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
-    // A motion with amplitudes reduced until it is proven, and its share of the best criterion.
+    // Reduces the amplitudes of a motion until it is proven, and computes its share of the best criterion.
     let fit = |joints: Vec<Vec<f64>>| {
         let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
         ProvedMotion { motion, certificate, kept_share: (best - criterion).exp(), beyond }
     };
-    // The best motion whose reduced version is proven; later ones are tried only where the first fails.
+    // Takes the best motion if it is proven after this reduction; only otherwise the later ones are tried.
     let goes_on = |_: &StartResult| Interruption::check().is_ok();
     let mut all = found.into_iter().take_while(goes_on).map(|found| fit(found.joints));
     let first_fit = all.next()?;
@@ -58,7 +60,7 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
-    // Further searches start at the best motion, with limits lowered by the excess of its proof.
+    // Further searches start at the best motion; the torque limits are lowered by the excess that its proof found.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {
@@ -79,7 +81,7 @@ pub(crate) fn proved(
     Some(chosen)
 }
 
-/// A note on the loss of information by the proof, where it is large; otherwise `None`.
+/// A note on the loss of information by the proof; `None` if the loss is small.
 pub(crate) fn cost_note(proved: &ProvedMotion, aim: SearchObjective) -> Option<String> {
     let what = match aim {
         SearchObjective::Determinant => "det^(1/p)",

@@ -54,7 +54,7 @@ impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
 }
 
 impl Motions<'_> {
-    /// The checksum of their file.
+    /// The checksum of the file of the motions.
     fn model_checksum(&self) -> Checksum {
         match self {
             Motions::Planned(plan) => plan.checksum,
@@ -70,7 +70,7 @@ impl Motions<'_> {
         }
     }
 
-    /// The motions, each with its name.
+    /// The trajectories of the motions, each with its name.
     fn paths(&self) -> Result<Vec<(&str, SimulatedPath)>, Error> {
         match self {
             Motions::Planned(plan) => {
@@ -79,7 +79,7 @@ impl Motions<'_> {
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                // The controller also samples the last step of the motion, which is long at a low rate.
+                // The controller samples one step beyond the motion; at a low rate this step is long.
                 let (rate, seconds) =
                     (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
                 check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
@@ -90,8 +90,8 @@ impl Motions<'_> {
 }
 
 impl SimulateRequest {
-    /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request gives a drive
-    /// gain, so that they can be identified without gains.
+    /// Whether the logs hold torques or currents. They hold torques if neither the description nor the request gives a drive
+    /// gain: they can then be identified without gains.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
@@ -100,19 +100,18 @@ impl SimulateRequest {
 
 /// The outcome of a simulation.
 pub struct Simulated {
-    /// The parameters, friction and gains that the logs were simulated with.
+    /// The parameters, friction and gains with which the logs were simulated.
     pub truth: Estimate,
-    /// The parameters, friction and gains of the logs with the load, if any.
+    /// The parameters, friction and gains of the logs with the load; `None` without a load.
     pub loaded_truth: Option<Estimate>,
-    /// Sentences on assumptions for missing data of the description.
+    /// Sentences on what was assumed because the description does not say it.
     pub notes: Vec<String>,
 }
 
-/// Simulates motions in closed loop, with friction, noise and drive gains; calls `take` with the name and the record of each:
-/// names of the plan or `motion`, `v01`, .. for validation, `e01_loaded`, .. with the load.
+/// Simulates motions in closed loop, with friction, noise and drive gains. Calls `take` with the name and the record of each.
+/// The names are those of the plan, or `motion`; `v01`, .. for validation; `e01_loaded`, .. with the load.
 ///
-/// Fails where the description has no inertial parameters or impossible ones, where a limit is out of range, and where
-/// `take` does.
+/// Fails if the description has no inertial parameters or impossible ones, if a limit is out of range, or if `take` fails.
 pub fn simulate<'a>(
     model: &Model,
     motions: impl Into<Motions<'a>>,
@@ -181,10 +180,10 @@ pub fn simulate<'a>(
     Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
 }
 
-/// Excess of a set point over a limit that counts as rounding, as a share of the range.
+/// A set point beyond a limit by up to this share of (upper minus lower limit) counts as rounding.
 const SET_POINT_ROUNDING_SHARE: f64 = 1e-6;
 
-/// Notes on set points beyond the limits of the description, which the simulation of a motion does not enforce.
+/// Notes on set points beyond the limits of the description; the simulation does not enforce these limits.
 fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String> {
     let reference = match path {
         SimulatedPath::Planned(trajectory) => trajectory.reference(),
@@ -198,7 +197,7 @@ fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String>
             let (low, high) = described.bounds(*kind)?;
             let beyond = |x: f64| (x - high).max(low - x);
             let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
-            // Set points at a limit exceed it by rounding.
+            // A set point at a limit can exceed it by rounding.
             (beyond(farthest) > SET_POINT_ROUNDING_SHARE * (high - low)).then(|| {
                 let (unit, bound) =
                     (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
@@ -214,7 +213,7 @@ fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String>
     model.robot.coordinates.iter().enumerate().flat_map(of).collect()
 }
 
-/// The assumptions on the drive gains.
+/// Sentences on what is assumed for the drive gains.
 fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
         return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
@@ -226,7 +225,7 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
 }
 
-/// Refuses motions for validation with too many samples.
+/// Fails if a motion for validation would have too many samples.
 fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
     let motion = ValidationMotion::default();
     let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
@@ -236,10 +235,10 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// Separates the random numbers of validation motions from the random numbers of the noise.
+/// The random numbers of validation motions use this stream, so they are independent of the noise.
 const VALIDATION_STREAM: u64 = 0x76;
 
-/// A motion from point to point at the limits, with random points for each number.
+/// A validation motion from point to point, at the limits; each `number` gives other random points.
 fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, number: usize) -> Reference {
     let of = |f: &dyn Fn(&MotionLimits) -> f64| limits.iter().map(f).collect::<Vec<f64>>();
     let position: Vec<(f64, f64)> = limits.iter().map(|l| l.position).collect();
@@ -249,8 +248,8 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
-/// Groups of motions, by their numbers, that are computed in SIMD lanes: motions of one robot with the same load, at most as
-/// many as a tape has lanes.
+/// Groups of motions, given by their indices, that are computed together in SIMD lanes: motions of one robot with the same
+/// load, at most as many as a tape has lanes.
 fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     let numbers: Vec<usize> = (0..motions.len()).collect();
     let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
@@ -258,7 +257,7 @@ fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
-/// The record of a motion. Fails where its simulation stopped before the end.
+/// The record of a motion. Fails if its simulation stopped before the end.
 fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
     match stop {
         Stop::End => Ok(record),
@@ -280,11 +279,11 @@ struct MotionToSimulate<'a> {
 enum SimulatedPath {
     Planned(ExcitingTrajectory),
     Exciting(motion::Motion),
-    /// One of the motions for validation, by its number.
+    /// The motion for validation with this number.
     Validation(usize),
 }
 
-/// The common data of motions; each motion has its own noise.
+/// Everything that simulated motions have in common; only the noise differs between motions.
 struct SimulationSettings<'a> {
     model: &'a Model,
     setup: &'a SimulationSetup,
@@ -294,7 +293,7 @@ struct SimulationSettings<'a> {
 }
 
 impl SimulationSettings<'_> {
-    /// The records of the motions with these numbers.
+    /// Simulates the motions with these `numbers`, and returns their records.
     fn records(&self, numbers: &[usize], references: &[Reference]) -> Vec<(Record, Stop)> {
         let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
         let feedforward = added.as_ref().map(|f| f as &setup::Feedforward);
@@ -311,8 +310,8 @@ impl SimulationSettings<'_> {
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,
-    /// True gain over estimated gain, one per coordinate. The controller commands the current = torque / estimated gain, and
-    /// the true gain converts it into the torque.
+    /// True drive gain divided by estimated gain, one per coordinate. The controller commands the current torque / estimated
+    /// gain, and the drive turns it into a torque with the true gain.
     factor: Vec<f64>,
 }
 
@@ -323,7 +322,7 @@ impl Feedforward {
         Ok(Feedforward { parameters: model.values(estimate)?, factor })
     }
 
-    /// Torques of the feedforward, N m (N), one series per coordinate.
+    /// Torques of the feedforward along `reference`, N m (N), one series per coordinate.
     fn torques(&self, model: &Model, reference: &Reference) -> Vec<Vec<f64>> {
         let mut torques = inverse_dynamics(model.regressor(), &self.parameters, reference);
         for (series, factor) in torques.iter_mut().zip(&self.factor) {
@@ -333,7 +332,7 @@ impl Feedforward {
     }
 }
 
-/// The values that the logs were simulated with.
+/// The values with which the logs were simulated, as an estimate.
 fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effort) -> Estimate {
     let regressor = model.regressor();
     let base = |(base, value): (&BaseParameter, &f64)| {
@@ -346,7 +345,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         let unit = id.unit(regressor.is_prismatic(k));
         Identified::given(id, unit, value)
     };
-    // Equation (5) of the paper: FV and FS by direction, since they can differ.
+    // Equation (5) of the paper: viscous and Coulomb friction (FV, FS) by direction, since they can differ.
     for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
         let by_direction = [
             (FrictionParameter::ViscousForward, law.viscous_positive),

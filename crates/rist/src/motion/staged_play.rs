@@ -1,9 +1,9 @@
-//! A motion prepared for a robot: slowed down, with paths from the robot's pose and back, at the rate of its controller, all
+//! Prepares a motion for a robot: slowed down, with paths from the robot's pose and back, at the rate of its controller, all
 //! proved.
 //!
-//! A motion at the speed s passes the same positions in 1/s of the time: velocities are s times as great, accelerations s^2.
-//! The paths there and back are straight between the poses, x(u) = 10 u^3 - 15 u^4 + 6 u^5, from rest to rest; their duration
-//! follows from the limits of the motion at that speed.
+//! s: slow-down factor, 0 < s <= 1. With it, a motion has the same positions but takes 1/s of the time: velocities are
+//! multiplied by s, accelerations by s^2. The paths from the robot's pose and back are straight lines in joint space, x(u) = 10
+//! u^3 - 15 u^4 + 6 u^5 from rest to rest (u: share of the time). Their duration follows from the limits of the slowed motion.
 
 use std::path::Path;
 
@@ -23,31 +23,31 @@ use crate::motion::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
 use crate::motion::play_advice::{advice, jumps};
 use crate::request::{CheckRequest, PlayRequest, PlayTarget, Request};
 
-/// A motion for a controller.
+/// A motion prepared for a controller.
 pub struct StagedPlay {
-    /// The file for the controller.
+    /// The text of the file for the controller.
     pub text: String,
-    /// The header of a log with the columns for an identification.
+    /// The header line for a log of this motion, with the columns that an identification needs.
     pub template: String,
-    /// The proofs of the path there, of the motion, of the path back.
+    /// The proofs of the path to the first pose, of the motion, and of the path back, each with its name.
     pub parts: Vec<(&'static str, Checked)>,
     /// Remarks for the user.
     pub notes: Vec<String>,
 }
 
-/// Rate of libfranka's loop, Hz.
+/// Rate of the control loop of libfranka, Hz.
 const FRANKA_HZ: f64 = 1000.0;
-/// Greatest velocity, acceleration and jerk of a path of length 1 in 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
+/// Greatest velocity, acceleration and jerk of x(u) with length 1 and duration 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
 const PATH_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
-/// Duration of a path over the duration by its limits, for rounding.
+/// The duration of a path is longer by this factor than its limits need, because of rounding.
 const PATH_DURATION_FACTOR: f64 = 1.001;
 /// Shortest duration of a path, s.
 const SHORTEST_PATH_S: f64 = 1.0;
 
-/// Makes the file of a motion for a controller. `file` stands in messages.
+/// Makes the file with which a controller plays a motion. `file` is named in messages.
 ///
-/// Fails where a number of the request is out of range, where it names an unknown coordinate, where URScript is asked for and
-/// the robot does not have six turning joints, and as [`check`] does. The parts say whether the limits are kept.
+/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if URScript is asked for and the
+/// robot does not have six turning joints; fails like [`check`]. The parts say whether the limits are kept.
 pub fn staged_play(
     model: &Model,
     file: &Path,
@@ -76,7 +76,7 @@ pub fn staged_play(
     if request.from.is_empty() && !jumps(&reference, names).is_empty() {
         let back = Segment::new(&ends[1], &ends[0], &slow, request.speed);
         let checked = back.check(model, file, &of_segments(&asked, motion))?;
-        // A path without a proof is not played; the advice names the jump.
+        // A path that is not proven is not played; the advice then names the jump.
         if checked.faults().is_empty() {
             parts.push(("way back", checked));
             reference = joined(&reference, &back.reference(played.rate));
@@ -92,7 +92,7 @@ pub fn staged_play(
         let asked = of_segments(&asked, motion);
         parts.insert(0, ("way there", there.check(model, file, &asked)?));
         parts.push(("way back", back.check(model, file, &asked)?));
-        // The paths are proved here, so the approach is not left out.
+        // The paths to and from the motion are proved here, so the certificate covers the approach.
         parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != LeftOutTopic::Approach));
         reference = joined(&joined(&there.reference(played.rate), &reference), &back.reference(played.rate));
     }
@@ -108,14 +108,16 @@ pub fn staged_play(
     Ok(StagedPlay { text, template: template(names), parts, notes })
 }
 
-/// Sentences as comments of URScript and YAML, without names of flags, which the reader of the file does not know.
+/// Writes sentences as comments for URScript and YAML. Names of options are replaced, because the reader of the file does not
+/// know them.
 fn comments(sentences: &[String]) -> String {
     let spelled =
         |line: &String| line.replace("[limits=FILE]", "a limits file").replace("[from]", "a pose to start from");
     sentences.iter().map(|line| format!("# {}\n", spelled(line))).collect()
 }
 
-/// The request for the check of the paths: accelerations and jerks without another limit, and margins, come from the motion.
+/// The request by which the paths are checked. The motion gives the margins, and the limits of acceleration and jerk if there
+/// are no others.
 fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
     if let Some(margins) = &motion.margins {
@@ -132,12 +134,13 @@ fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     CheckRequest { limits: Some(limits), after: asked.after.clone() }
 }
 
-/// The motion at the speed and rate of the request.
+/// The motion slowed down by the request's speed factor, at the rate of the controller.
 fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     let mut slow = motion.clone();
     slow.period_s /= request.speed;
     slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
-    // The coefficients of sine and cosine are amplitudes of velocity; control points are positions and stay.
+    // The coefficients of sine and cosine are amplitudes of velocity, so they are scaled; control points are positions and
+    // stay.
     let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
     amplitudes.for_each(|x| *x *= request.speed);
     slow.rate_hz = match request.controller {
@@ -149,7 +152,7 @@ fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     slow
 }
 
-/// A straight path from rest to rest.
+/// A straight path in joint space, from rest to rest.
 struct Segment<'a> {
     from: &'a [f64],
     to: &'a [f64],
@@ -158,7 +161,8 @@ struct Segment<'a> {
 }
 
 impl<'a> Segment<'a> {
-    /// The shortest path within the limits of the motion at this speed: T_k = (peak_k length / (limit_k speed^k))^(1/k).
+    /// The fastest path within the limits of the slowed motion. Of each joint T_k = (peak_k length / (limit_k speed^k))^(1/k),
+    /// with k = 1, 2, 3 for velocity, acceleration, jerk.
     fn new(from: &'a [f64], to: &'a [f64], motion: &ExcitingMotion, speed: f64) -> Segment<'a> {
         let needed = |((from, to), joint): ((&f64, &f64), &experiments::excitation::artefact::MotionJoint)| {
             let (length, limits) = ((to - from).abs(), &joint.limits);
@@ -169,7 +173,7 @@ impl<'a> Segment<'a> {
             powers.map(one).fold(0.0, f64::max)
         };
         let longest = from.iter().zip(to).zip(&motion.joints).map(needed).fold(0.0, f64::max);
-        // The duration is a whole number of samples.
+        // The duration is rounded up to a whole number of samples.
         let samples = (PATH_DURATION_FACTOR * longest.max(SHORTEST_PATH_S) * motion.rate_hz).ceil();
         Segment { from, to, duration: samples / motion.rate_hz }
     }
@@ -203,7 +207,7 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Two motions one after the other; `then` starts where `first` ends.
+/// Joins two motions; `then` starts where `first` ends.
 fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();
@@ -220,7 +224,7 @@ fn joined(first: &Reference, then: &Reference) -> Reference {
     }
 }
 
-/// The header of a log: time, positions, torques.
+/// The header line of a log: time, positions, torques.
 fn template(names: &[String]) -> String {
     let columns = ["q", "tau"].iter().flat_map(|what| names.iter().map(move |name| format!("{what}_{name}")));
     let cells: Vec<String> = std::iter::once("t".to_string()).chain(columns).collect();

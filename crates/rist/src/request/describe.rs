@@ -1,9 +1,9 @@
-//! Requests on a description.
+//! Requests of the steps that read only a description.
 
 use robot::convention::Convention;
 
 words! {
-    /// The format in which a model is shown.
+    /// The format in which `rist inspect` shows a model.
     pub enum SheetFormat {
         /// Text for a terminal.
         Text = "text" "",
@@ -19,7 +19,7 @@ words! {
 }
 
 words! {
-    /// A format of descriptions.
+    /// The formats in which a description can be written.
     pub enum DescriptionFormat {
         /// The format of SYMORO.
         Par = "par" "",
@@ -42,7 +42,7 @@ words! { Convention:
 }
 
 words! {
-    /// A quantity at given states.
+    /// The quantities that `rist evaluate` computes at given states.
     pub enum StateQuantity {
         /// Y_s, the regressor of the standard parameters.
         Regressor = "regressor" "tau = Y X of the standard parameters",

@@ -1,4 +1,4 @@
-//! Delays, and the coordinates that an effect is meant for: values of the fields of an identification.
+//! Types for fields of an identification: a delay, and the coordinates to which an effect applies.
 
 use identification::signals::signal_options::possible_delay;
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, last};
 use crate::error::Error;
 
-/// Selector of the coordinates that an effect applies to.
+/// The coordinates to which an effect applies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointSelector {
     /// Every coordinate.
@@ -16,12 +16,12 @@ pub enum JointSelector {
     Coordinate(String),
 }
 
-/// The delay of torques behind positions.
+/// The delay of the torques after the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Delay {
-    /// It is estimated.
+    /// The delay is estimated.
     Auto,
-    /// It is known, s.
+    /// The delay is known, s.
     Seconds(f64),
 }
 
@@ -62,7 +62,7 @@ impl FieldType for Delay {
     }
 }
 
-/// `q2`, or `all`.
+/// Parses the name of a coordinate, or `all`.
 fn joint_selector(text: &str) -> JointSelector {
     if text == "all" { JointSelector::All } else { JointSelector::Coordinate(text.into()) }
 }
@@ -103,7 +103,7 @@ impl FieldType for Vec<JointSelector> {
     }
 }
 
-/// `q2=12`, or `12` for all.
+/// Parses a number of ripple periods per turn: `q2=12`, or `12` for all joints.
 fn ripple(text: &str) -> Result<(JointSelector, f64), String> {
     let (name, number) = text.split_once('=').unwrap_or(("all", text));
     let periods = number.parse().map_err(|_| format!("`{number}` is no number of periods a turn"))?;
@@ -125,7 +125,7 @@ impl FieldType for Vec<(JointSelector, f64)> {
     }
 
     fn of_value(value: &Value) -> Result<Option<Self>, Error> {
-        // A number, or a list of numbers.
+        // Each name has one number or a list of numbers.
         let periods = |x: &Value| match x.as_array() {
             Some(list) => list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>(),
             None => x.as_f64().map(|one| vec![one]),

@@ -6,8 +6,8 @@ use identification::estimate::options::Options;
 
 use super::Range;
 
-/// Default cut-off of the low-pass on position and torque of motions of a plan, Hz: twice the cut-off of the equations, the
-/// range of the paper's figure 2.
+/// Default cut-off of the low-pass on position and torque when motions of a plan are validated, Hz: twice the cut-off of the
+/// equations; the range of figure 2 of the paper.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
 request! {

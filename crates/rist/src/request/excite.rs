@@ -13,7 +13,7 @@ use super::{FrictionChoice, Range, Request};
 use crate::error::Error;
 
 words! {
-    /// The family of functions of a motion.
+    /// The family of functions that describes a motion.
     pub enum MotionSeries {
         /// A finite Fourier series between blends: its periods can be averaged, and its spectrum is known.
         Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
@@ -67,27 +67,27 @@ request! {
     }
 }
 
-/// The family of a motion with its options.
+/// The family of functions of a motion, with the options of this family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionFamily {
-    /// See [`MotionSeries::Fourier`].
+    /// A Fourier series, see [`MotionSeries::Fourier`].
     Fourier {
-        /// Time from rest to the series, s; `None`: by the limits.
+        /// Time from rest to the series, s; `None`: chosen from the limits.
         blend: Option<f64>,
-        /// Number of harmonics; `None`: by the limits.
+        /// Number of harmonics; `None`: chosen from the limits.
         harmonics: Option<usize>,
     },
-    /// See [`MotionSeries::Spline`].
+    /// A spline, see [`MotionSeries::Spline`].
     Spline {
-        /// Number of polynomials per period; `None`: by the limits.
+        /// Number of polynomials per period; `None`: chosen from the limits.
         spans: Option<usize>,
     },
 }
 
 impl ExciteRequest {
-    /// The family of the motion.
+    /// The family of the motion that the request asks for.
     ///
-    /// Fails where an option belongs to the other family.
+    /// Fails if an option belongs to the other family.
     pub fn family(&self) -> Result<MotionFamily, Error> {
         let stray = match self.motion {
             MotionSeries::Fourier => [self.spans.map(|_| "spans"), None],
@@ -105,21 +105,21 @@ impl ExciteRequest {
         }
     }
 
-    /// The period, s; `None`: by the limits, see [`crate::motion::exciting::default_period`].
+    /// The period, s; `None`: chosen from the limits by [`crate::motion::exciting::default_period`].
     pub fn seconds(&self) -> Option<f64> {
         self.period.or(self.frequency.map(|hz| 1.0 / hz))
     }
 
-    /// The columns of friction.
+    /// The friction terms whose columns the later identification will have.
     ///
-    /// Fails where they need a log or a measured torque.
+    /// Fails if a term needs a log or a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }
 
-    /// The columns of friction of a valid request.
+    /// Checks the request, and returns its friction terms.
     ///
-    /// Fails where a number is out of its range, and where options exclude each other.
+    /// Fails if a number is out of its range, or if options exclude each other.
     pub(crate) fn check_motion(&self) -> Result<Vec<FrictionTerm>, Error> {
         self.check()?;
         match (self.period, self.frequency) {
@@ -134,12 +134,12 @@ impl ExciteRequest {
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
     }
 
-    /// The limits in space of the bodies.
+    /// The limits in space for the bodies; empty if the request gives none.
     pub(crate) fn space(&self) -> SpaceLimits {
         self.limits.as_ref().and_then(|limits| limits.space.clone()).unwrap_or_default()
     }
 
-    /// The motion of these coefficients.
+    /// The motion with the coefficients `joints`.
     pub(crate) fn motion(&self, shape: MotionShape, joints: Vec<Vec<f64>>) -> Motion {
         Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
     }

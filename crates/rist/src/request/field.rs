@@ -1,4 +1,4 @@
-//! A field of a request as data: its name, its text, its default, its range and its words.
+//! Describes a field of a request as data: name, text, default, range and allowed words.
 //!
 //! The fields of a request are written once, by [`request!`](crate::request!). Flags and their help, keywords of Python,
 //! stubs, tables and the JSON schema are generated from this data.
@@ -14,24 +14,24 @@ use super::types::FieldType;
 pub struct Field {
     /// The name in Rust and Python; a flag has `-` for `_`.
     pub name: &'static str,
-    /// Its text, without a full stop at the end; names of other fields stand in brackets, as `[limits]`.
+    /// The description of the field, without a full stop at the end; names of other fields are in brackets: `[limits]`.
     pub doc: String,
-    /// The form of its values.
+    /// The form of the values.
     pub shape: ValueShape,
-    /// Its value if it is not given; null: none.
+    /// The value if the user gives none; null if there is none.
     pub default: Value,
-    /// The range of its numbers.
+    /// The allowed range of the numbers.
     pub range: Range,
-    /// Name of the flag's value in the help; empty: the name of the field.
+    /// Name of the flag's value in the help; if empty, the name of the field.
     pub value_name: &'static str,
-    /// The letter of a short flag.
+    /// The letter of the short flag, if there is one.
     pub short: Option<char>,
-    /// The heading in the help; empty: the heading of all options.
+    /// The heading in the help; if empty, the general heading of options.
     pub heading: &'static str,
 }
 
 impl Field {
-    /// A field of type `T`, with the lines of its doc comment.
+    /// Makes a field of type `T`; `doc`: the lines of its doc comment.
     pub fn new<T: FieldType>(name: &'static str, doc: &[&str], default: &T) -> Field {
         let doc = doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
         Field {
@@ -51,35 +51,35 @@ impl Field {
         Field { doc: format!("{} {more}", self.doc), ..self }
     }
 
-    /// Replaces the name of the default in the text, as `[default: SignalOptions::order]`, by `value`, for a default that is a
-    /// constant of another crate.
+    /// Replaces the name of a constant in the text, for example `[default: SignalOptions::order]`, by its `value`; for defaults
+    /// from other crates.
     pub fn default_from(self, value: impl std::fmt::Display) -> Field {
         let (before, behind) = self.doc.split_once("[default: ").expect("a doc that names its default");
         let (_, behind) = behind.split_once(']').expect("a bracket that closes");
         Field { doc: format!("{before}[default: {value}]{behind}"), ..self }
     }
 
-    /// Sets the range.
+    /// Sets the allowed range.
     pub fn range(self, range: impl Into<Range>) -> Field {
         Field { range: range.into(), ..self }
     }
 
-    /// Sets the name of the value.
+    /// Sets the name of the flag's value in the help.
     pub fn value_name(self, value_name: &'static str) -> Field {
         Field { value_name, ..self }
     }
 
-    /// Sets a short flag.
+    /// Sets the letter of a short flag.
     pub fn short(self, letter: char) -> Field {
         Field { short: Some(letter), ..self }
     }
 
-    /// Sets the heading.
+    /// Sets the heading in the help.
     pub fn heading(self, heading: &'static str) -> Field {
         Field { heading, ..self }
     }
 
-    /// The name of its flag, without the dashes.
+    /// The name of the flag of this field, without the dashes.
     pub fn flag_name(&self) -> String {
         self.name.replace('_', "-")
     }

@@ -12,9 +12,9 @@ use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, every_text, last};
 use crate::error::Error;
 
-/// The content of a file of YAML.
+/// A type whose value is the content of a YAML file.
 pub trait FileType: Sized {
-    /// Parses a text; `file` stands in messages.
+    /// Parses a text; `file` is named in messages.
     fn parse(file: &str, text: &str) -> Result<Self, Error>;
 
     /// Reads a file.
@@ -23,7 +23,7 @@ pub trait FileType: Sized {
     }
 }
 
-/// The form of a field that is a file; `what`: name of the content.
+/// The form of a field whose value is a file; `what`: name of the content.
 pub fn shape(what: &str) -> ValueShape {
     let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
     let expected = format!("the path of {what}, or its content");
@@ -31,7 +31,7 @@ pub fn shape(what: &str) -> ValueShape {
     ValueShape { is_file: true, ..shape }
 }
 
-/// Reads a path, or the content of the file; a text with a colon or a line break is the content, as YAML.
+/// Reads the file at a path, or takes the given content; a text with a colon or a line break is content, as YAML.
 pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
     match value {
         // JSON is YAML.
@@ -44,7 +44,7 @@ pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Err
     }
 }
 
-/// Reads the last of these paths.
+/// Reads the file at the last of these paths.
 pub fn of_texts<T: FileType>(texts: &[String]) -> Result<T, Error> {
     T::read(Path::new(last(texts)))
 }

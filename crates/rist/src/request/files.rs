@@ -1,5 +1,5 @@
-//! Files that the program reads and writes in addition to the logs of an identification, by method; in Python these are
-//! arguments and methods of the estimate.
+//! Files that the program reads and writes in addition to the logs of an identification, by method. In Python these are
+//! arguments, and methods of the estimate.
 
 use std::path::PathBuf;
 

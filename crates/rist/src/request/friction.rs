@@ -1,4 +1,4 @@
-//! The friction of a request: given terms, or their automatic choice.
+//! The choice of friction terms in a request: given terms, or an automatic choice.
 
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
-/// Friction columns of every joint.
+/// The friction terms of every joint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrictionChoice {
     /// The set with the smallest error on held-out segments of the logs.
@@ -17,7 +17,7 @@ pub enum FrictionChoice {
 }
 
 impl FrictionChoice {
-    /// The choice from words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
+    /// Parses the choice from words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
     fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<FrictionChoice, Error> {
         let words: Vec<&str> = words.into_iter().map(str::trim).collect();
         match words.as_slice() {
@@ -45,9 +45,9 @@ impl FrictionChoice {
     }
 }
 
-/// The terms of an identification before its torques are measured; the standard terms where the request names none.
+/// The friction terms of an identification whose torques are not measured yet; the standard terms if the request names none.
 ///
-/// Fails for the automatic choice, which needs a log, and for terms that need a measured torque or have a single joint.
+/// Fails for the automatic choice, which needs a log, and for terms that need a measured torque or belong to a single joint.
 pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
     match asked {
         None => Ok(FrictionTerm::STANDARD.to_vec()),
@@ -104,12 +104,12 @@ impl FieldType for FrictionChoice {
     }
 }
 
-/// The words of terms, between commas.
+/// The words of the terms, separated by commas.
 pub(super) fn words(terms: &[FrictionTerm]) -> String {
     terms.iter().map(word).collect::<Vec<_>>().join(",")
 }
 
-/// The word of a term, with every digit of its speed.
+/// The word of a term; its speed has all digits.
 fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),

@@ -1,4 +1,4 @@
-//! Numbers and texts by name: gains of drives, values of symbols, arguments of a description.
+//! Fields that assign a number or a text to names: gains of drives, values of symbols, arguments of a description.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
@@ -7,23 +7,23 @@ use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
-/// The value of a name.
+/// A type of value that can be assigned to a name.
 trait Named: Sized {
-    /// Description of a list of them, and its type in Python.
+    /// Words for a list of such values, and its type in Python.
     const ALL: [&'static str; 2];
 
-    /// The type of one in JSON.
+    /// The JSON type of one value.
     fn json() -> Value;
 
-    /// Parses one value with its name.
+    /// Parses one name with its value.
     fn assigned(text: &str) -> Result<(String, Self), String>;
 
     fn of_value(value: &Value) -> Option<Self>;
 
-    /// The value as JSON; `None` where it is the default.
+    /// The value as JSON; `None` if it is the default.
     fn to_value(&self) -> Option<Value>;
 
-    /// The number that has to be in the range of the field.
+    /// The number that has to be in the range of the field; `None` for a text.
     fn number(&self) -> Option<f64>;
 }
 
@@ -64,7 +64,7 @@ impl Named for f64 {
         json!({"type": "number"})
     }
 
-    /// `q1=2.4`.
+    /// Parses `q1=2.4`.
     fn assigned(text: &str) -> Result<(String, f64), String> {
         let (name, number) = text.split_once('=').ok_or("expected NAME=NUMBER")?;
         match number.trim().parse::<f64>() {
@@ -93,7 +93,7 @@ impl Named for String {
         json!({"type": "string"})
     }
 
-    /// `tool=gripper`.
+    /// Parses `tool=gripper`.
     fn assigned(text: &str) -> Result<(String, String), String> {
         let (name, value) = text.split_once('=').ok_or("expected NAME=TEXT")?;
         Ok((name.trim().into(), value.into()))
@@ -123,7 +123,7 @@ impl Named for Gain {
         json!({"anyOf": [{"type": "number"}, pair]})
     }
 
-    /// `q1=2.4`, or `q5=11+-2`: near 11, with a standard deviation of 2.
+    /// Parses `q1=2.4`, or `q5=11+-2`: expected near 11, with a standard deviation of 2.
     fn assigned(text: &str) -> Result<(String, Gain), String> {
         let (value, deviation) = text.split_once("+-").map_or((text, None), |(gain, d)| (gain, Some(d)));
         let (name, value) = f64::assigned(value)?;

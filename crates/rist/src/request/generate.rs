@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use modeling::RobotFunction;
 
 words! {
-    /// The language of source.
+    /// The languages in which source can be generated.
     pub enum SourceLanguage {
-        /// One file.
+        /// A single source file.
         Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
         /// A source file and a header.
         C = "c" "C99: a header and a source file that need math.h",

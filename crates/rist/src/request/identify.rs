@@ -1,4 +1,4 @@
-//! Requests for an identification: one per family of methods; common fields are shared.
+//! Requests for an identification: one per family of methods. Fields in common are defined once and shared.
 //!
 //! | method | request |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | `rist-mh` | [`HarmonicRequest`] |
 //! | `iv`, `didim` | [`ClosedLoopRequest`] |
 //!
-//! A method has exactly the fields of its request as options.
+//! The options of a method are exactly the fields of its request.
 
 use std::path::PathBuf;
 
@@ -26,9 +26,9 @@ use super::unknowns::UnknownKind;
 use super::{FrictionChoice, Range};
 use crate::error::Error;
 
-/// Heading of the help for options of a method.
+/// Heading in the help for the options of a method.
 pub const METHOD: &str = "Method";
-/// Further headings of the help.
+/// Other headings in the help.
 const SIGNALS: &str = "Signals";
 const BODIES: &str = "Bodies and loads";
 
@@ -152,7 +152,7 @@ request! {
 }
 
 impl SignalRequest {
-    /// The options of the file, replaced by the given fields.
+    /// The options of the file in `options`; fields that are given replace them.
     pub fn options(&self) -> Options {
         let mut options = self.options.clone().unwrap_or_default();
         let signal = &mut options.signal;
@@ -168,13 +168,13 @@ impl SignalRequest {
 }
 
 impl RowsRequest {
-    /// The request with these options.
+    /// A request whose other fields have their defaults, with the options `options`.
     pub fn of_options(options: Options) -> RowsRequest {
         let signals = SignalRequest { options: Some(options), ..SignalRequest::default() };
         RowsRequest { signals, ..RowsRequest::default() }
     }
 
-    /// The options of the file, and the others over them; what is to be found keeps its default.
+    /// The options of the file; fields that are given replace them. What has to be estimated keeps its default.
     pub fn options(&self) -> Options {
         let mut options = self.signals.options();
         options.weights = self.weights.unwrap_or(options.weights);
@@ -184,9 +184,9 @@ impl RowsRequest {
         options
     }
 
-    /// The options for sums of rows.
+    /// The options for summing rows (`rist accumulate`), which reads each row once.
     ///
-    /// Fails where rows would be needed more than once.
+    /// Fails if an option needs the rows more than once.
     pub fn options_of_sums(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new(
@@ -212,19 +212,19 @@ impl RowsRequest {
 }
 
 impl IdentifyRequest {
-    /// The request with these options.
+    /// A request whose other fields have their defaults, with the options `options`.
     pub fn of_options(options: Options) -> IdentifyRequest {
         IdentifyRequest { samples: SamplesRequest::of_options(options), ..IdentifyRequest::default() }
     }
 }
 
 impl SamplesRequest {
-    /// The request with these options.
+    /// A request whose other fields have their defaults, with the options `options`.
     pub fn of_options(options: Options) -> SamplesRequest {
         SamplesRequest { rows: RowsRequest::of_options(options), ..SamplesRequest::default() }
     }
 
-    /// The options of the file, and the others over them; what is to be found keeps its default.
+    /// The options of the file; fields that are given replace them. What has to be estimated keeps its default.
     pub fn options(&self) -> Options {
         let mut options = self.rows.options();
         options.covariance |= self.covariance;
@@ -250,7 +250,7 @@ impl SamplesRequest {
 impl ClosedLoopRequest {
     /// The options of the simulation and of the fit.
     ///
-    /// Fails where the delay is to be estimated, and where the friction terms differ from the terms of the simulated joints.
+    /// Fails if the delay is to be estimated, or if the friction terms differ from those of the simulated joints.
     pub fn options(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new("[delay=auto]: for [method=ls] and rist-mh; give the seconds that they find"));
@@ -266,9 +266,9 @@ impl ClosedLoopRequest {
 }
 
 impl PaperRequest {
-    /// The columns of the signals in a log.
+    /// The names of the columns of a log, from the options.
     ///
-    /// Fails where the options have anything else, which would be ignored.
+    /// Fails if the options contain anything else, because it would be ignored.
     pub fn columns(&self) -> Result<ColumnNames, Error> {
         let Some(given) = &self.options else { return Ok(ColumnNames::default()) };
         match *given == (Options { columns: given.columns.clone(), ..Options::default() }) {

@@ -7,21 +7,21 @@ use super::{Field, Request};
 use crate::error::Error;
 
 words! {
-    /// The equations of an identification.
+    /// The method by which parameters are identified.
     pub enum Method {
         /// Least squares on samples.
         Ls = "ls" "Least squares on filtered samples",
         /// Least squares on samples with the essential parameters, which the data need.
         Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
-        /// The paper's equations.
+        /// RIST: the paper's equations.
         Rist = "rist" "The paper's equations, rows of the operator Sp",
-        /// The paper's equations, with the drive gains by total least squares.
+        /// RIST with the drive gains by total least squares.
         Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
-        /// All harmonics of the experiments.
+        /// RIST-MH: all harmonics of the experiments, with friction.
         RistMh = "rist-mh" "All harmonics, with friction",
-        /// Instrumental variables.
+        /// IDIM-IV: least squares with instrumental variables from simulated experiments.
         Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
-        /// Direct and inverse dynamics.
+        /// DIDIM: direct and inverse dynamics; only torques are fitted, to simulated experiments.
         Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
     }
 }
@@ -32,7 +32,7 @@ impl Method {
         Method::WORDS.iter().map(|(method, ..)| *method)
     }
 
-    /// The fields of its request.
+    /// The fields of the method's request.
     pub fn fields(self) -> Vec<Field> {
         match self {
             Method::Ls => IdentifyRequest::fields(),
@@ -43,7 +43,7 @@ impl Method {
         }
     }
 
-    /// The files that the program reads and writes for it.
+    /// The files that the program reads and writes for the method.
     pub fn files(self) -> Vec<Field> {
         match self {
             Method::Ls => BodiesFiles::fields(),
@@ -52,7 +52,7 @@ impl Method {
         }
     }
 
-    /// The error that this method does not take an option; `None` where it takes it, or where no method has it.
+    /// The error that this method does not have the option `name`; `None` if it has it, or if no method has it.
     pub fn refusal(self, name: &str) -> Option<Error> {
         let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
         let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();

@@ -1,4 +1,4 @@
-//! Requests to the steps: each request is one struct, whose fields are defined only here.
+//! Requests to the steps: each request is one struct, whose fields are defined here and nowhere else.
 //!
 //! A field is defined once, with its doc, type, default and range:
 //!
@@ -16,8 +16,8 @@
 //! | the JSON schema | `rist schema`, from [`schema::schema`] |
 //! | the refusal of a rate of 0 | [`Request::check`] |
 //!
-//! A text names a field in brackets, `[rate]`, or with a value, `[delay=auto]`; the program that shows the text spells it
-//! ([`spelling`]). No text of a library contains a flag.
+//! Texts of the library name a field in brackets, `[rate]`, or with a value, `[delay=auto]`. The program that shows the text
+//! replaces this by its own spelling ([`spelling`]). No text of a library contains a flag.
 //!
 //! Not here: checks that need a model, for example whether a coordinate exists.
 
@@ -77,7 +77,7 @@ pub use types::FieldType;
 pub use unknowns::UnknownKind;
 pub use words::WordChoice;
 
-/// The requests by name: `excite`, ..; `identify-METHOD` for each method.
+/// The fields of all requests, with the names of these: `excite`, ..; `identify-METHOD` for each method.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
@@ -98,17 +98,17 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
     steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
 }
 
-/// A request of a wing: its name and its fields.
+/// A request that a wing adds: its name and its fields.
 pub type WingRequest = (&'static str, fn() -> Vec<Field>);
 
 static REGISTERED: OnceLock<Vec<WingRequest>> = OnceLock::new();
 
-/// Adds requests of wings; only the first call counts.
+/// Registers the requests of wings; only the first call has an effect.
 pub(crate) fn register(requests: Vec<WingRequest>) {
     REGISTERED.get_or_init(|| requests);
 }
 
-/// The fields of all requests, which texts may name.
+/// The fields of all requests and files; texts may name them.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
     let files = Method::all()

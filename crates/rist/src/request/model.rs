@@ -41,7 +41,7 @@ request! {
 }
 
 impl ModelOptions {
-    /// The options that an artefact was made with.
+    /// The options with which the description of an artefact was read.
     pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
         ModelOptions {
             value: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
@@ -57,8 +57,8 @@ impl ModelOptions {
         }
     }
 
-    /// The options of an artefact, replaced by the options of `self` that are not the default, key by key, and name by name for
-    /// keys with several names.
+    /// The options of an artefact, replaced by those of `self` that are not the default: key by key, and for keys with several
+    /// names name by name.
     pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
         let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
         for (key, value) in self.given() {
@@ -70,7 +70,8 @@ impl ModelOptions {
         of_values(all.iter().map(|(key, value)| (*key, value)))
     }
 
-    /// Phrases on the options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`.
+    /// Phrases on the options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`. `None`: all
+    /// defaults.
     pub fn differences(here: Option<&DescriptionOptions>, there: Option<&DescriptionOptions>) -> Vec<String> {
         let [here, there] = [here, there].map(|of| -> BTreeMap<&str, Value> {
             of.map(|of| ModelOptions::of_description(of).given().into_iter().collect()).unwrap_or_default()
@@ -86,7 +87,7 @@ impl ModelOptions {
         odd.map(|key| format!("[{key}] is {} there and {} here", shown(there.get(key)), shown(here.get(key)))).collect()
     }
 
-    /// The options for an artefact; `None` where all are the default.
+    /// The options as an artefact stores them; `None` if all are the default.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.value.iter().cloned().collect(),
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!(other.value, [("D3".to_string(), 0.3), ("D4".to_string(), 0.5)]);
         let none = over(ModelOptions { rotor_inertia: Some(RotorInertias::None), ..Default::default() });
         assert_eq!((none.rotor_inertia, none.base), (Some(RotorInertias::None), artefact.base));
-        // Only keys that differ are named.
+        // Only the options that differ are named.
         let said = ModelOptions::differences(none.description().as_ref(), Some(&made_with));
         assert_eq!(said, ["[rotor_inertia] is actuated there and none here"]);
         let said = ModelOptions::differences(None, artefact.description().as_ref());

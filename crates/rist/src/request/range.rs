@@ -1,21 +1,21 @@
-//! Ranges of the numbers of a field.
+//! Allowed ranges for the numbers of a field.
 
 use std::ops::{RangeFrom, RangeInclusive};
 
 use crate::error::Error;
 
-/// A range of numbers; it refuses NaN.
+/// A range of numbers; NaN is in none of them except `Any`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Range {
-    /// Every number, and values that are no numbers.
+    /// All numbers; also for values that are no numbers.
     Any,
-    /// From the first to the second.
+    /// From the first number to the second, both included.
     Between(f64, f64),
-    /// This number and larger ones.
+    /// At least this number.
     From(f64),
-    /// Above zero.
+    /// Above zero, and finite.
     Positive,
-    /// Not zero.
+    /// Not zero, and finite.
     NonZero,
     /// Above zero and at most one.
     Share,
@@ -40,7 +40,7 @@ impl From<RangeFrom<i32>> for Range {
 }
 
 impl Range {
-    /// Whether it contains a number.
+    /// Whether the range contains the number `x`.
     pub fn holds(&self, x: f64) -> bool {
         match *self {
             Range::Any => true,
@@ -52,7 +52,7 @@ impl Range {
         }
     }
 
-    /// The expected numbers in words: `a number from 1 to 40`; empty for [`Range::Any`].
+    /// The range in words: `a number from 1 to 40`; empty for [`Range::Any`].
     pub fn text(&self) -> String {
         match self {
             Range::Any => String::new(),
@@ -72,7 +72,7 @@ pub fn number(x: f64) -> String {
 }
 
 impl Range {
-    /// The error for a number out of the range.
+    /// The error for the number `x` of `field`, which is out of the range.
     pub(crate) fn refusal(&self, field: &str, x: f64) -> Error {
         let x = number(x);
         match self {

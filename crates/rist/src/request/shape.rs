@@ -1,45 +1,45 @@
-//! The forms of the values of a type: on a command line, in Python, in JSON.
+//! The form of the values of a type on a command line, in Python and in JSON.
 
 use serde_json::Value;
 
-/// The forms of the values of a type.
+/// Describes the values of a type for a command line, for Python and for JSON.
 #[derive(Clone, Debug)]
 pub struct ValueShape {
     /// The expected values in words: `a whole number`.
     pub expected: String,
-    /// The type in a stub of Python.
+    /// The type in the Python stub.
     pub python: String,
     /// The type in a JSON schema.
     pub json: Value,
-    /// The form on a command line.
+    /// How the value is given on a command line.
     pub flag: Flag,
-    /// The allowed words, each with a line of help; empty: other texts are allowed.
+    /// The allowed words, each with a line of help; if empty, all texts are allowed.
     pub words: Vec<(&'static str, &'static str)>,
-    /// Whether a text is the path of a file that is read.
+    /// Whether a text is the path of a file to read.
     pub is_file: bool,
     /// Checks a text of the command line before any work is done.
     pub check: fn(&str) -> Result<(), String>,
 }
 
-/// The form of a value on a command line.
+/// How a value is given on a command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flag {
-    /// Present or not, without a value.
+    /// The flag is present or not, and has no value.
     Switch,
-    /// With one text.
+    /// The flag has one text as value.
     One,
-    /// With a number, which may be negative.
+    /// The flag has a number as value, which may be negative.
     Number,
-    /// With numbers, separated by commas; the first may be negative.
+    /// The flag has numbers as value, separated by commas; the first may be negative.
     Numbers,
-    /// With texts, separated by commas; it may be repeated.
+    /// The flag has texts as value, separated by commas; it may be repeated.
     List,
-    /// With one text each time; it may be repeated.
+    /// The flag has one text as value; it may be repeated.
     Repeated,
 }
 
 impl ValueShape {
-    /// The form of a type without words that is no file; `check` refuses texts.
+    /// The form of a type that has no fixed words and is no file; `check` fails for invalid texts.
     pub fn plain(
         expected: &str,
         python: &str,

@@ -1,6 +1,6 @@
-//! Names of fields in texts, in the spelling of the text's reader.
+//! Replaces names of fields in texts by the spelling that the reader knows.
 //!
-//! In JSON a field is its name: `effort_share`, `delay: auto`.
+//! In JSON a field is written by its name: `effort_share`, `delay: auto`.
 //!
 //! | text of a library | program | Python |
 //! |---|---|---|
@@ -15,8 +15,8 @@
 //! | `[:doctor]`, a step | `rist doctor` | `rist.doctor` |
 //! | `[:validate MODEL LOG]` | `rist validate MODEL LOG` | `rist.validate(model, log)` |
 //!
-//! Only names of fields and steps are replaced, where they are separate words. Other brackets, as in `[-2, 2]` and in the file
-//! name `log[gain].csv`, stay.
+//! Only names of fields and steps are replaced, and only if they are separate words. Other brackets stay, for example `[-2, 2]`
+//! and the file name `log[gain].csv`.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -26,7 +26,7 @@ use serde_json::Value;
 use super::{all_fields, number};
 use crate::error::Step;
 
-/// The reader of a text.
+/// The kind of reader of a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Audience {
     /// A program in Rust: the text stays as it is.
@@ -40,7 +40,7 @@ pub enum Audience {
     Json,
 }
 
-/// Flags of the program that are not fields of requests: files that it reads and writes.
+/// Flags of the program that are no fields of requests: names of files that it reads and writes.
 const FLAGS_OF_FILES: [&str; 19] = [
     "after",
     "anyway",
@@ -68,7 +68,7 @@ fn is_field(name: &str) -> bool {
     NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(FLAGS_OF_FILES).collect()).contains(name)
 }
 
-/// The text with its fields in the spelling of `reader`.
+/// The text, with its fields and steps in the spelling for `reader`.
 pub fn spelled(text: &str, reader: Audience) -> String {
     if reader == Audience::Library {
         return text.into();
@@ -92,7 +92,7 @@ pub fn spelled(text: &str, reader: Audience) -> String {
     spelled + rest
 }
 
-/// The spelling of a text in brackets; `None` where it is neither a field nor a step.
+/// The spelling of the text `inside` brackets; `None` if it is neither a field nor a step.
 fn bracket(inside: &str, reader: Audience) -> Option<String> {
     if let Some(inside) = inside.strip_prefix(':') {
         let (word, given) = inside.split_once(' ').unwrap_or((inside, ""));
@@ -106,17 +106,17 @@ fn bracket(inside: &str, reader: Audience) -> Option<String> {
     Some(written(name, more, reader))
 }
 
-/// The name of the field, and the text after it.
+/// Splits a text into the name of a field and the text after it; `None` if it does not start with a field.
 fn field(inside: &str) -> Option<(&str, &str)> {
     let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
     let (name, more) = inside.split_at(end);
     (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more))
 }
 
-/// Whether the text between `before` and `behind` is a separate word, and not a part of a name or a path.
+/// Whether the text between `before` and `behind` is a separate word, not a part of a name or a path.
 fn is_word(before: &str, behind: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || "_-/.~".contains(c);
-    // A full stop before the end of a word ends a sentence.
+    // A full stop directly after the text ends a sentence, so it does not count.
     let behind = behind.trim_start_matches('.');
     !before.ends_with(is_part) && !behind.starts_with(is_part)
 }
@@ -146,7 +146,7 @@ fn written(name: &str, more: &str, reader: Audience) -> String {
     }
 }
 
-/// A value of a command line as a literal of Python.
+/// Writes a value of a command line as a Python literal.
 fn literal(value: &str) -> String {
     let pieces: Vec<&str> = value.split(',').collect();
     if value.contains('=') {
@@ -173,7 +173,7 @@ fn literal(value: &str) -> String {
     }
 }
 
-/// A single value, without commas and names, as a literal of Python.
+/// Writes a single value, without commas and names, as a Python literal.
 fn plain(value: &str) -> String {
     if let Some((number, deviation)) = value.split_once("+-") {
         return format!("({number}, {deviation})");
@@ -185,7 +185,7 @@ fn plain(value: &str) -> String {
     }
 }
 
-/// The flags of a command line for these values of a request, each after a blank.
+/// The flags of a command line for values of a request, each with a blank before it.
 pub fn flags(given: &[(&'static str, Value)]) -> String {
     let mut text = String::new();
     for (name, value) in given {
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn fields_are_spelled_as_their_reader_writes_them() {
-        // Each text in the spelling of the program and of Python.
+        // Each text, then its spelling for the program and for Python.
         for (text, program, python) in [
             ("[rate] is 0", "--rate is 0", "rate= is 0"),
             ("([:doctor] says more)", "(rist doctor says more)", "(rist.doctor says more)"),

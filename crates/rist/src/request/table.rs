@@ -1,4 +1,4 @@
-//! The table of a request: `request!` generates it from the fields; values are read into them here.
+//! The table of a request's fields, which `request!` generates; values are read into the fields here.
 
 use gate::suggestion::nearest;
 use serde_json::Value;
@@ -7,38 +7,38 @@ use super::field::Field;
 use super::types::FieldType;
 use crate::error::Error;
 
-/// A request, as the program, Python and JSON read it.
+/// A request whose fields the program, Python and JSON can read and set.
 pub trait Request: Default {
     /// The fields of the request, in the order of the help.
     fn fields() -> Vec<Field>;
 
-    /// Sets a field by texts of a command line, one per entry of a list.
+    /// Sets the field `name` from texts of a command line, one per entry of a list.
     ///
-    /// Fails where the field does not exist, and where its type does not accept the texts.
+    /// Fails if the field does not exist, or if its type does not accept the texts.
     fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), Error>;
 
-    /// Sets a field by a value of Python or JSON.
+    /// Sets the field `name` from a value of Python or JSON.
     ///
-    /// Fails as [`Request::set_texts`] does, and where a number is out of the range of its field.
+    /// Fails like [`Request::set_texts`], and if a number is out of the range of its field.
     fn set_value(&mut self, name: &str, value: &Value) -> Result<(), Error>;
 
-    /// The values of its fields that are not the default.
+    /// Names and values of the fields that do not have their default.
     fn given(&self) -> Vec<(&'static str, Value)>;
 
-    /// Refuses a number out of the range of its field.
+    /// Fails if a number is out of the range of its field.
     fn check(&self) -> Result<(), Error>;
 }
 
 /// Reads a request from values by name.
 ///
-/// Fails where a field does not exist, and where it does not accept its value.
+/// Fails if a field does not exist, or does not accept its value.
 pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a Value)>) -> Result<R, Error> {
     let mut request = R::default();
     values.into_iter().try_for_each(|(name, value)| request.set_value(name, value))?;
     Ok(request)
 }
 
-/// The error for an unknown option, with the option that was probably meant and a list of all.
+/// The error for an unknown option `name`, with the option that was probably meant and a list of all.
 pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
     let known: Vec<&str> = known.into_iter().collect();
     let meant =
@@ -46,12 +46,12 @@ pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Erro
     Error::new(format_args!("there is no option `{name}`{meant}; there are {}", known.join(", ")))
 }
 
-/// Whether a request, which is a part of another, has this field.
+/// Whether the request `R`, used as a part of another request, has this field.
 pub fn has<R: Request>(name: &str) -> bool {
     R::fields().iter().any(|field| field.name == name)
 }
 
-/// Refuses numbers of a field that are out of its range.
+/// Fails if a number of a field is out of its range.
 pub fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
     match value.numbers().into_iter().find(|x| !field.range.holds(*x)) {
         Some(x) => Err(field.range.refusal(field.name, x)),
@@ -59,9 +59,9 @@ pub fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
     }
 }
 
-/// The value of a field.
+/// Converts a value of Python or JSON to the type of the field.
 ///
-/// Fails where the type does not accept it, or where it is out of range.
+/// Fails if the type does not accept the value, or if it is out of range.
 pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> {
     let found = T::of_value(value).map_err(|e| e.about(field.name))?;
     let found = found
@@ -70,7 +70,7 @@ pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> 
     Ok(found)
 }
 
-/// Generates a request: a struct, its default, and the table of its fields. Wings use it too.
+/// Generates a request: a struct, its default, and the table of its fields. Wings use this macro too.
 #[macro_export]
 macro_rules! request {
     (

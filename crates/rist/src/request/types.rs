@@ -1,4 +1,4 @@
-//! The types of fields: each is read from texts of a command line and from a value.
+//! The types that fields can have: each is read from texts of a command line and from a value of Python or JSON.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -8,22 +8,22 @@ use serde_json::{Value, json};
 use super::shape::{Flag, ValueShape};
 use crate::error::Error;
 
-/// A type that a field can have.
+/// A type that the field of a request can have.
 pub trait FieldType: Sized {
-    /// The form of its values.
+    /// The form of the values of this type.
     fn shape() -> ValueShape;
 
     /// Parses the texts of a flag, in their order.
     ///
-    /// Fails with the expected form where they are no values of the type.
+    /// Fails with the expected form if the texts are no values of this type.
     fn of_texts(texts: &[String]) -> Result<Self, Error>;
 
-    /// Converts a value; `None` where it does not have the form in [`ValueShape::expected`].
+    /// Converts a value of Python or JSON; `None` if it does not have the form in [`ValueShape::expected`].
     ///
-    /// Fails where it has the form, but not a possible content.
+    /// Fails if it has this form, but a content that is not possible.
     fn of_value(value: &Value) -> Result<Option<Self>, Error>;
 
-    /// The value that `of_value` converts back; null for the default of an option.
+    /// Converts back to a value that `of_value` reads; null for the default of an option.
     fn to_value(&self) -> Value;
 
     /// The numbers that have to be in the range of the field.
@@ -32,12 +32,12 @@ pub trait FieldType: Sized {
     }
 }
 
-/// A check that accepts every text; errors are found later.
+/// Accepts every text; errors are found when it is parsed.
 pub(super) fn every_text(_: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The last text: a later flag replaces an earlier one.
+/// The last text, because a later flag replaces an earlier one.
 pub(super) fn last(texts: &[String]) -> &str {
     texts.last().map_or("", String::as_str)
 }
@@ -50,7 +50,7 @@ fn parsed<T: FromStr<Err: ToString>>(texts: &[String]) -> Result<T, Error> {
     last(texts).parse().map_err(|e: T::Err| Error::new(format_args!("`{}`: {}", last(texts), e.to_string())))
 }
 
-/// Implements `FieldType` for a type with the values of serde: its shape, its parser of texts and, for numbers, the number.
+/// Implements `FieldType` for a type that serde knows. Arguments: its form, its parser of texts and, for numbers, the number.
 macro_rules! plain_type {
     ($type:ty, $shape:expr, $of_texts:expr $(, |$x:ident| $numbers:expr)?) => {
         impl FieldType for $type {
@@ -80,7 +80,7 @@ macro_rules! plain_type {
 }
 pub(super) use plain_type;
 
-/// The form of a type that JSON has.
+/// The form of a type that JSON has, for example a boolean.
 fn json_type(
     expected: &str,
     python: &str,
@@ -109,7 +109,7 @@ fn list_of_paths() -> ValueShape {
 plain_type!(usize, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(u64, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(f64, json_type("a number", "float", "number", Flag::Number, parses::<f64>), parsed, |x| vec![x]);
-// A flag that is present is true.
+// A flag without a value means true.
 plain_type!(bool, json_type("true or false", "bool", "boolean", Flag::Switch, every_text), |_| Ok(true));
 plain_type!(String, json_type("a text", "str", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
 plain_type!(PathBuf, json_type("a path", "Path", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));

@@ -1,4 +1,4 @@
-//! The unknowns of a fit in addition to its parameters, and the mount of a base: values of fields.
+//! Types for fields: the unknowns of a fit in addition to its parameters, and the mount of a base.
 
 use serde_json::{Value, json};
 
@@ -10,9 +10,9 @@ use crate::error::Error;
 words! {
     /// Unknowns in addition to the parameters, for all joints.
     pub enum UnknownKind {
-        /// The mount of the base.
+        /// The mount of the base (direction of gravity).
         Mount = "mount" "",
-        /// The zero of each joint.
+        /// The encoder zero of each joint.
         Zeros = "zeros" "",
         /// The scale of each joint's torque relative to the other joints.
         Scales = "scales" "",
@@ -47,7 +47,7 @@ impl FieldType for Vec<UnknownKind> {
     }
 }
 
-/// `0.1,0,-0.2`.
+/// Parses three numbers: `0.1,0,-0.2`.
 fn three(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();

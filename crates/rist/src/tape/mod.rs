@@ -1,4 +1,4 @@
-//! A function of a robot as a tape, evaluated at states, with one workspace per thread.
+//! Evaluates a function of a robot at states, as a tape with one workspace per thread.
 
 pub(crate) mod state_tape;
 pub(crate) mod tape_regressor;

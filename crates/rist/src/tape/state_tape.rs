@@ -1,4 +1,4 @@
-//! A function of a robot's states on a tape, with the solver of its passive joints where loops are closed numerically.
+//! A function of a robot's states on a tape; if loops are closed numerically, with the solver of the passive joints.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,7 +7,7 @@ use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// f(q, passive joints, dq, ddq, X, others), or a function of some of these arguments.
+/// A function f(q, passive joints, dq, ddq, X, others), or of some of these arguments.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
     /// The arguments of the function, in order.
@@ -15,25 +15,25 @@ pub(crate) struct StateTape {
     closure: Option<Mutex<Closure>>,
 }
 
-/// An argument of the function.
+/// An argument of such a function.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum StateArgument {
-    /// q, rad (m).
+    /// Positions q, rad (m).
     Q,
-    /// Coordinates of this number of passive joints, rad (m).
+    /// Positions of passive joints, rad (m); their number.
     Passive(usize),
-    /// dq, rad/s (m/s).
+    /// Velocities dq, rad/s (m/s).
     Dq,
-    /// ddq, rad/s^2 (m/s^2).
+    /// Accelerations ddq, rad/s^2 (m/s^2).
     Ddq,
-    /// This number of parameters.
+    /// Parameters X; their number.
     Parameters(usize),
-    /// Another argument: its name, and its number of entries per state: torques, a wrench.
+    /// Another argument, for example torques or a wrench: its name, and its number of entries per state.
     Other(String, usize),
 }
 
 impl StateTape {
-    /// The function, with the solver where it depends on passive joints.
+    /// Makes the tape of a function; `closure`: the solver, needed if the function depends on passive joints.
     pub(crate) fn new(function: &Function, closure: Option<Closure>) -> StateTape {
         let argument = |input: &expr::Input| match input.name.as_str() {
             "q" => StateArgument::Q,
@@ -52,10 +52,10 @@ impl StateTape {
         }
     }
 
-    /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
-    /// `others`: the other arguments in the order of `arguments`, a row per state.
+    /// Writes the outputs state after state; an argument that the function does not need may be empty. `others`: the other
+    /// arguments in the order of `arguments`, each with one row per state.
     ///
-    /// Where the loops do not close, the outputs are NaN, which later steps refuse.
+    /// At a state where the loops do not close, the outputs are NaN, which later steps refuse.
     pub(crate) fn fill<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -70,11 +70,11 @@ impl StateTape {
         });
     }
 
-    /// Passes some outputs at each state to `take`, in SIMD lanes: `take(g, e, values)` gets output `wanted[e]` of the states
-    /// from g x `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes after the last state
-    /// repeat it.
+    /// Computes the outputs with the indices `wanted` in SIMD lanes. `take(g, e, values)` gets output `wanted[e]` of the group
+    /// of states that starts at state g x `Tape::LANES`. `states`: q, dq, ddq, n numbers each, state after state. Lanes after
+    /// the last state repeat it.
     ///
-    /// Where the loops do not close, the outputs are NaN.
+    /// At a state where the loops do not close, the outputs are NaN.
     pub(crate) fn lanes(
         &self,
         states: &[f64],
@@ -99,7 +99,7 @@ impl StateTape {
         });
     }
 
-    /// Calls `run` with the tape, its memory, and the inputs at each state.
+    /// Calls `run` with the tape, its workspace, and the inputs at all states.
     fn with_inputs<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -147,6 +147,6 @@ struct Inputs<'a> {
     inputs: &'a [f64],
     /// Number of states.
     count: usize,
-    /// States where loops do not close; their passive joints are zeros.
+    /// Indices of the states where loops do not close; their passive joints are set to zero.
     open: &'a [usize],
 }

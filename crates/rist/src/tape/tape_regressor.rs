@@ -1,4 +1,4 @@
-//! A base regressor evaluated by tape: for any robot, without a compiler.
+//! A base regressor that a tape evaluates: for any robot, without a compiler.
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;
@@ -7,7 +7,7 @@ use modeling::Closure;
 
 use crate::tape::state_tape::StateTape;
 
-/// tau = Y(q, dq, ddq) X by interpreting the function of Y.
+/// The base regressor Y of tau = Y(q, dq, ddq) X, evaluated by interpreting its function.
 pub(crate) struct TapeRegressor {
     tape: StateTape,
     coordinates: Vec<String>,
@@ -19,7 +19,7 @@ pub(crate) struct TapeRegressor {
 }
 
 impl TapeRegressor {
-    /// The function of Y, with the solver of its passive joints where it has some.
+    /// Makes the regressor from the function of Y; `closure`: the solver of its passive joints, if it has some.
     pub(crate) fn new(
         base: &Function,
         closure: Option<Closure>,
@@ -104,7 +104,7 @@ mod tests {
                     arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
                     assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
                 }
-                // Blocks of eight states in SIMD lanes, with a gap between the blocks.
+                // Blocks of eight states, computed in SIMD lanes, with an unused entry between the blocks.
                 let (entries, eights) = (arm.non_zeros(), count / 8);
                 let stride = entries.len() + 1;
                 let mut blocks = vec![Eight([f64::INFINITY; 8]); eights * stride];

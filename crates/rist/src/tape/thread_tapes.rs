@@ -1,4 +1,5 @@
-//! Tapes of one robot with their memory per thread, so that many threads can evaluate them through a shared reference.
+//! Tapes of one robot, with separate memory for each thread, so that several threads can evaluate them through a shared
+//! reference.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,14 +9,14 @@ use expr::{Tape, Workspace};
 /// Tapes that are evaluated together.
 pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Number of the set, which distinguishes its memory from the memory of other sets on the same thread.
+    /// Number of this set of tapes, by which a thread knows whether its memory belongs to this set.
     number: usize,
 }
 
-/// Number of sets of tapes made so far.
+/// Number of sets of tapes made so far; the next set gets this number.
 static MADE: AtomicUsize = AtomicUsize::new(0);
 
-/// Memory of the set with this number.
+/// Memory for evaluating the set with this number.
 struct Memory {
     number: usize,
     work: Vec<Workspace>,
@@ -33,7 +34,7 @@ impl ThreadTapes {
         ThreadTapes { tapes, number: MADE.fetch_add(1, Ordering::Relaxed) }
     }
 
-    /// Calls `run` with the tapes, this thread's memory of each, and an empty list for their inputs.
+    /// Calls `run` with the tapes, this thread's workspace of each, and an empty list for their inputs.
     pub(crate) fn with<T>(&self, run: impl FnOnce(&[Tape], &mut [Workspace], &mut Vec<f64>) -> T) -> T {
         MEMORY.with_borrow_mut(|memory| {
             if memory.number != self.number {

@@ -1,4 +1,4 @@
-//! Data for the file of a simulator: bodies, and the friction and rotor inertia of joints.
+//! The values that a simulator's file gets: bodies, and the friction and rotor inertia of joints.
 
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use robot::{Link, Part};
@@ -12,11 +12,11 @@ pub struct JointDynamics {
     pub damping: f64,
     /// Coulomb friction, N m (N).
     pub friction: f64,
-    /// Rotor inertia at the joint side, kg m^2 (kg).
+    /// Rotor inertia, referred to the joint side of the gear, kg m^2 (kg).
     pub armature: f64,
 }
 
-/// Fails where the ten parameters of a link are no physical body, which simulators refuse.
+/// Fails if the ten parameters of a link are no possible body; simulators refuse such a body.
 pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     match smallest_eigenvalue(ten) > 0.0 {
         true => Ok(()),
@@ -28,10 +28,10 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The ten parameters of a link without the parameters of the links fixed to it, which come from the file.
+/// The ten parameters of a link itself: the parameters of the links fixed to it, which come from the file, are subtracted.
 ///
-/// `ten`: the sum over all of them, about the origin of the link frame. Where the difference is no physical body, the link
-/// gets the whole sum, and the links whose inertials must be emptied are returned.
+/// `ten`: the sum over all these links, about the origin of the link frame. If the difference is no possible body, the link
+/// gets the whole sum, and the names of the links whose inertials must be emptied are returned.
 pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name).collect();
     let mut rest = *ten;
@@ -44,7 +44,7 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence on a link that took over the inertia of the links fixed to it.
+/// A sentence on a link that took over the inertia of the links fixed to it; `None` if it took over none.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

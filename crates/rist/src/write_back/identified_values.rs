@@ -1,4 +1,4 @@
-//! The numbers of an estimate for a source file.
+//! The values of an estimate that are written into a source file.
 
 use std::path::Path;
 
@@ -12,9 +12,9 @@ use crate::fit::verdict::{Trust, estimate_verdict};
 use crate::request::GenerateRequest;
 
 impl IdentifiedValues {
-    /// The numbers of an estimate of this model.
+    /// The values of an estimate that was made with this model.
     ///
-    /// Fails where a base parameter of the model is missing in the estimate, or is no finite number.
+    /// Fails if a base parameter of the model is missing in the estimate, or is not a finite number.
     pub fn of(model: &Model, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         use FrictionParameter::{Coulomb, Offset, Viscous};
         let regressor = model.regressor();
@@ -34,9 +34,9 @@ impl IdentifiedValues {
 }
 
 impl GenerateRequest {
-    /// The numbers of an estimate for the source file; `file`: name of the estimate's file, for messages.
+    /// The values of an estimate for the source file; `file`: name of the estimate's file, for messages.
     ///
-    /// Fails where it was made with another model, and where its verdict is no, unless `anyway` is set.
+    /// Fails if the estimate was made with another model, or if its verdict is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         model.check_estimate(file, estimate)?;
         let verdict = estimate_verdict(estimate);

@@ -1,13 +1,14 @@
-//! A whole MuJoCo model (MJCF) of a robot without loops: bodies, joints, limits, friction, rotor inertia, gravity.
+//! Writes a whole MuJoCo model (MJCF) of a robot without loops: bodies, joints, limits, friction, rotor inertia, gravity.
 //!
 //! ```text
 //! iTj(q) = iTj(0) Rz(f q),    or iTj(0) Tz(f q) where the joint slides
 //! ```
-//! A body has the pose of its link at q = 0, in the link's frame of the file. Its joint turns about, or slides along, z of
-//! the link frame with the factor f (f = 1, or -1: about -z). A joint that follows a coordinate is tied to it by an
-//! equality. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c').
+//! iTj: pose of link j in link i. A body has the pose of its link at q = 0, in the link's frame of the file. Its joint turns
+//! about, or slides along, z of the link frame with the factor f (f = 1, or -1: about -z). A joint that follows a coordinate is
+//! tied to it by an `<equality>`. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c'), c: centre of mass, m:
+//! mass.
 //!
-//! Not here: shapes. Add geoms, or write the values into a model that has them ([`crate::write_back::mjcf_into`]).
+//! Shapes are not written. Add geoms, or write the values into a model that has them ([`crate::write_back::mjcf_into`]).
 
 use std::fmt::Write as _;
 
@@ -19,11 +20,11 @@ use robot::{Drive, JointKind, Link, LinkId, Pose, Robot};
 
 use crate::write_back::body::{self, JointDynamics};
 
-/// The model of a robot with these bodies (ten parameters about the origin of the link frame) and joints, one per
+/// The MJCF model of a robot. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one per
 /// coordinate.
 ///
-/// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is not
-/// physically consistent.
+/// Fails if the robot floats or has loops, if a joint moves with several coordinates, or if a body is not physically
+/// consistent.
 pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
     if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
         return Err(Error::new(
@@ -37,7 +38,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     );
     let poses = file_poses(robot);
     let mut equalities = String::new();
-    // The bodies whose elements are not closed yet, each within the one before.
+    // The links whose `<body>` elements are still open, each inside the previous one.
     let mut open: Vec<LinkId> = Vec::new();
     for id in nested(robot) {
         let link = robot.link(id);
@@ -69,7 +70,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     Ok(text + "</mujoco>\n")
 }
 
-/// Pose of each link's frame of the file in the base frame, at q = 0.
+/// For each link, the pose of its frame of the file in the base frame, at q = 0.
 pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
@@ -87,7 +88,7 @@ fn nested(robot: &Robot) -> Vec<LinkId> {
     order
 }
 
-/// `<inertial>` of a body in the link's frame of the file.
+/// The `<inertial>` element of a body, in the link's frame of the file.
 pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     body::check(link, ten).map_err(Error::new)?;
     let in_file = robot::transform_inertial(ten, &link.file_frame.inverse());
@@ -97,21 +98,21 @@ pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     Ok(format!("<inertial pos=\"{x} {y} {z}\" mass=\"{mass}\" fullinertia=\"{xx} {yy} {zz} {xy} {xz} {yz}\"/>"))
 }
 
-/// Position and orientation as attributes.
+/// The attributes for position and orientation.
 fn placed(pose: &Pose) -> String {
     let [x, y, z] = pose.position;
     let [w, i, j, k] = quaternion(pose);
     format!("pos=\"{x} {y} {z}\" quat=\"{w} {i} {j} {k}\"")
 }
 
-/// The orientation, w first.
+/// The orientation of a pose as a quaternion, w first.
 pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     let rotation = Matrix3::from_fn(|r, c| pose.rotation[r][c]);
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
     [q.w, q.i, q.j, q.k]
 }
 
-/// `<joint>` of a link; `None` where it is fixed. A joint that follows a coordinate adds its equality to `equalities`.
+/// The `<joint>` element of a link; `None` if it is fixed. A joint that follows a coordinate adds its equality to `equalities`.
 fn joint(
     robot: &Robot,
     link: &Link,
@@ -132,7 +133,7 @@ fn joint(
     };
     let coordinate = &robot.coordinates[k];
     let follows = drive != Drive::Actuated || factor.abs() != 1.0;
-    // Axis and position of the joint in the frame of the body.
+    // The joint's axis and position in the frame of the body.
     let to_body = link.file_frame.inverse();
     let sign = if follows { 1.0 } else { factor.signum() };
     let axis = [0, 1, 2].map(|r| sign * to_body.rotation[r][2]);
@@ -162,7 +163,7 @@ pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
         .map(|(key, value)| (key, value.max(0.0).to_string()))
 }
 
-/// Turns -0 into 0.
+/// The number `x`; -0 becomes 0.
 fn plain(x: f64) -> f64 {
     x + 0.0
 }
@@ -171,7 +172,7 @@ fn indent(depth: usize) -> String {
     "  ".repeat(depth + 2)
 }
 
-/// A name within the quotes of an attribute.
+/// Escapes a name for the quotes of an attribute.
 fn escaped(name: &str) -> String {
     name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
@@ -205,7 +206,7 @@ mod tests {
         };
         let (first, second, third) = (find("body", "link 1"), find("body", "link 2"), find("body", "link 3"));
         assert!(second.parent() == Some(first) && third.parent() == Some(first));
-        // Rx(pi/2) Tx(0.5) Tz(0.1): z of the link is -y of the first; to rounding of sine and cosine.
+        // Rx(pi/2) Tx(0.5) Tz(0.1): z of the link is -y of the first link. Tolerance: rounding of sine and cosine.
         for (found, expected) in numbers(second, "pos").iter().zip([0.5, -0.1, 0.0]) {
             assert!((found - expected).abs() < 1e-15);
         }
@@ -235,7 +236,7 @@ mod tests {
             ("body", "pos", &[0.0, 0.0, 0.3]),
         ] {
             let found = numbers(document.descendants().find(|n| n.has_tag_name(tag)).unwrap(), key);
-            // A few products of sines and cosines.
+            // Tolerance: rounding of a few products of sines and cosines.
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{tag} {key}: {found:?}");
         }
     }

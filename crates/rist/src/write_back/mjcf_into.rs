@@ -1,12 +1,13 @@
-//! Puts identified inertials, friction and rotor inertia into an existing MuJoCo model; every other byte stays.
+//! Writes identified inertials, friction and rotor inertia into an existing MuJoCo model; all other bytes stay as they are.
 //!
-//! A body has the name of its link and a joint the name of its coordinate, or the part after the first `_` (`link1` for
-//! `panda_link1`). The frames of both files must be the same. Where a body is a child of the body of the antecedent, its
-//! pose is compared with the pose in the description at q = 0.
+//! A body has the name of its link and a joint the name of its coordinate, or the part of this name after the first `_`
+//! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
+//! link, its pose is compared with the pose in the description at q = 0.
 //!
 //! The ten parameters of a link include the links fixed to it. So its body gets the sum, and the bodies of the links fixed to
-//! it get an inertial of zero: without an inertial MuJoCo would compute one from their shapes. A body without a joint may
-//! have no mass. The inertials of such bodies in the model are not read, because they may differ from the description.
+//! it get an inertial of zero: without an inertial, MuJoCo would compute one from their shapes. Zero mass is allowed for a body
+//! without a joint. The inertials that these bodies have in the model are not read, because they may differ from the
+//! description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -20,16 +21,17 @@ use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
-/// Tolerance of positions, m, and of the components of quaternions: models round to four digits.
+/// Tolerance of positions, m, and of the components of quaternions: models are rounded to four digits.
 const POSE_TOLERANCE: f64 = 1e-3;
 
-/// The inertial of a body whose mass is part of another body.
+/// The inertial for a body whose mass is included in another body.
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
-/// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.
+/// The MJCF `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one
+/// per coordinate.
 ///
-/// Fails where the text is no XML, lacks a body or a joint, places a body elsewhere than the description does, or lets
-/// a body move that the description fixes.
+/// Fails if the text is no XML, if it lacks a body or a joint, if it has a body at another pose than the description, or if it
+/// lets a body move that the description fixes.
 pub fn mjcf_into(
     text: &str,
     file: &str,
@@ -41,7 +43,7 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
-    // Each body gets its ten parameters; the bodies fixed to it get zero.
+    // Each link's body gets the ten parameters; the bodies fixed to it get zero.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
@@ -96,10 +98,10 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The element of the world with this tag and name, or with the part of the name after its first `_`.
+/// The element inside `<worldbody>` with this tag and name, or with the part of the name after its first `_`.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    // The robot has the printable form of names.
+    // The robot stores names in printable form.
     let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
@@ -113,12 +115,12 @@ fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str
     })
 }
 
-/// Whether an element is a body that no joint moves in its parent.
+/// Whether an element is a body without a joint, which is fixed to its parent.
 fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
 
-/// Refuses a body that is not fixed to the body of its link: a moving body needs a mass.
+/// Fails if `part` is not fixed to the body of its link: its mass is set to zero, but a moving body needs a mass.
 fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), Error> {
     let mut node = *part;
     while node != *body {
@@ -140,7 +142,7 @@ fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), 
     Ok(())
 }
 
-/// A sentence on bodies that only the model fixes to the body of a link.
+/// A sentence on bodies that are fixed to the body of a link only in the model, not in the description.
 fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
     let mut names = Vec::new();
     let mut next: Vec<Node> = body.children().collect();
@@ -164,7 +166,7 @@ fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<S
     })
 }
 
-/// Refuses a body whose pose in the body of the antecedent differs from the description.
+/// Fails if the pose of a body in the body of the antecedent differs from the description.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
@@ -172,7 +174,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
         found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    // The pose in the body of the antecedent, through frames and fixed bodies.
+    // The pose in the body of the antecedent is computed through frames and fixed bodies.
     let (angles, mut place, mut above) = (AngleConvention::of(node.document()), Pose::IDENTITY, *node);
     loop {
         let Some(pose) = angles.pose(&above) else {
@@ -188,7 +190,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         match above.parent() {
             Some(parent) if is_before(&parent) => break,
             Some(parent) if parent.has_tag_name("frame") || is_fixed_body(&parent) => above = parent,
-            // A body that is no child of the antecedent's body has no pose to compare.
+            // A body that is not inside the antecedent's body has no pose to compare.
             _ => return Ok(()),
         }
     }
@@ -272,7 +274,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // A name without hidden characters is another name, and the error shows hidden characters.
+        // Without its hidden characters, the name is another one; the error shows hidden characters.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -315,7 +317,7 @@ mod tests {
         }
         let refused = of(MJCF, "quat=\"90\"").unwrap_err();
         assert!(refused.contains("<body> on the way to r_two") && refused.contains("quat=\"W X Y Z\""), "{refused}");
-        // A frame between the two bodies counts.
+        // A `<frame>` between the two bodies counts for the pose.
         let framed = MJCF.replace(
             "<body name=\"two\" pos=\"0.4 0 0.1\">",
             "<frame euler=\"0 0 90\" pos=\"0.4 0 0\"><body name=\"two\" pos=\"0 0 0.1\">",
@@ -348,10 +350,10 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // A moving body needs a mass, and a body at another parent is another robot.
+        // A moving body needs a mass; a body inside another parent makes it another robot.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
-        // A body that the description does not have keeps its content, and is named.
+        // A body that only the model has keeps its content, and a note names it.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);

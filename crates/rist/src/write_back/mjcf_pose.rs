@@ -1,16 +1,16 @@
-//! Pose of an element of an MJCF in its parent element, by its attributes.
+//! Computes the pose of an MJCF element in its parent element from its attributes.
 //!
 //! The position is `pos`. The orientation is one of
 //! - `quat`: w x y z;
 //! - `axisangle`: an axis and an angle;
-//! - `euler`: three angles about the axes of `eulerseq`, which turn with the body where their letters are small;
+//! - `euler`: three angles about the axes of `eulerseq`, which rotate with the body if the letters are small;
 //! - `xyaxes`: x, and a y that is made orthogonal to it;
 //! - `zaxis`: z, by the smallest rotation.
 //!
-//! Without any of them there is no rotation. `angle` and `eulerseq` are attributes of `<compiler>`; MuJoCo's defaults are
-//! degrees and `xyz`. Source: MuJoCo, XML reference, "frame orientations".
+//! Without any of these attributes there is no rotation. `angle` and `eulerseq` are attributes of `<compiler>`; MuJoCo's
+//! defaults are degrees and `xyz`. Source: MuJoCo, XML reference, "frame orientations".
 //!
-//! Not here: attributes in an included file (`<include>`).
+//! Attributes in an included file (`<include>`) are not read.
 
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use robot::Pose;
@@ -18,9 +18,9 @@ use roxmltree::{Document, Node};
 
 /// Unit and sequence of the angles of a file.
 pub(super) struct AngleConvention<'a> {
-    /// rad per unit; `None` where an included file may define it.
+    /// The unit of angles in rad; `None` if an included file may define it.
     unit: Option<f64>,
-    /// Axes of the three angles; `None` where an included file may define them.
+    /// The axes of the three angles; `None` if an included file may define them.
     sequence: Option<&'a str>,
 }
 
@@ -39,7 +39,7 @@ impl<'a> AngleConvention<'a> {
         }
     }
 
-    /// The pose of an element in its parent element; `None` where its attributes cannot be read.
+    /// The pose of an element in its parent element; `None` if its attributes cannot be read.
     pub(super) fn pose(&self, node: &Node) -> Option<Pose> {
         let position = match node.attribute("pos") {
             Some(text) => numbers(text)?,
@@ -72,14 +72,14 @@ impl<'a> AngleConvention<'a> {
         }
         if let Some(text) = node.attribute("zaxis") {
             let z = unit(numbers(text)?)?;
-            // For the axis -z, MuJoCo rotates by half a turn about x.
+            // If the axis is -z, MuJoCo rotates by half a turn about x.
             let half = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
             return Some(UnitQuaternion::rotation_between(&Vector3::z_axis(), &z).unwrap_or_else(half));
         }
         Some(UnitQuaternion::identity())
     }
 
-    /// Three rotations, one after the other: about rotating axes (small letters), or about fixed axes.
+    /// Three successive rotations: about axes that rotate too (small letters), or about fixed axes (capital letters).
     fn euler(&self, angles: [Option<f64>; 3]) -> Option<UnitQuaternion<f64>> {
         let sequence = self.sequence?;
         let mut rotation = UnitQuaternion::identity();
@@ -101,7 +101,7 @@ fn unit(axis: [f64; 3]) -> Option<Unit<Vector3<f64>>> {
     Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE)
 }
 
-/// Exactly N finite numbers.
+/// Parses exactly N finite numbers; otherwise `None`.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let found: Option<Vec<f64>> =
         text.split_whitespace().map(|x| x.parse().ok().filter(|x: &f64| x.is_finite())).collect();
@@ -138,7 +138,7 @@ mod tests {
         ] {
             let found = turned(compiler, orientation).unwrap();
             let sign = if found.iter().zip(&expected).map(|(a, b)| a * b).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
-            // Eight digits are printed.
+            // Tolerance: MuJoCo's values were printed with eight digits.
             let near = found.iter().zip(&expected).all(|(a, b)| (sign * a - b).abs() < 1e-8);
             assert!(near, "{compiler} {orientation}: {found:?} {expected:?}");
         }
@@ -150,7 +150,7 @@ mod tests {
             assert_eq!(turned("", orientation), None, "{orientation}");
         }
         assert_eq!(turned("<compiler eulerseq=\"xyw\"/>", "euler=\"1 2 3\""), None);
-        // An included file may say that angles are radians.
+        // The unit is unknown, because an included file may define angles in radians.
         assert_eq!(turned("<include file=\"options.xml\"/>", "euler=\"1 2 3\""), None);
         assert!(turned("<include file=\"options.xml\"/>", "zaxis=\"0 1 0\"").is_some());
     }

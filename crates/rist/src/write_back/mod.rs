@@ -1,6 +1,6 @@
 //! Writes identified parameters into the files of simulators.
 //!
-//! Users call `steps`; the other files only handle bodies and text.
+//! Users of the library call `steps`; the other files work on bodies and text for it.
 
 pub mod body;
 mod identified_values;

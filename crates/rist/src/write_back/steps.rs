@@ -1,4 +1,4 @@
-//! Writes identified parameters into URDF and MJCF files.
+//! The steps that write identified parameters into URDF and MJCF files.
 
 use linear_model::parameter::FrictionParameter::*;
 use linear_model::parameter::ParameterId;
@@ -13,10 +13,10 @@ use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
 
-/// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes name
-/// parameters that a URDF cannot express.
+/// The URDF with the identified bodies, joint damping and friction; all other text is unchanged. The notes name parameters that
+/// a URDF cannot express.
 ///
-/// Fails where the text is no URDF, and with a verdict where the bodies must not be used.
+/// Fails if the text is no URDF, and with a verdict if the bodies must not be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
     if !urdf.contains("<robot") {
@@ -32,11 +32,11 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without
-/// shapes, or `into`: the name and the text of an existing one.
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or
+/// the existing model `into` (name and text).
 ///
-/// Fails where the friction of the estimate has no damping and friction loss, where the robot floats or has loops and
-/// there is no `into`, where the frames of `into` differ, and with a verdict where the bodies must not be used.
+/// Fails if the friction terms of the estimate cannot be written as damping and friction loss, if the robot floats or has loops
+/// and `into` is `None`, or if the frames of `into` differ; fails with a verdict if the bodies must not be used.
 pub fn write_mjcf(
     model: &Model,
     bodies: &Bodies,
@@ -65,8 +65,8 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where a
-/// joint has neither.
+/// Viscous and Coulomb friction and rotor inertia of every joint; for asymmetric friction, the mean of both directions. `None`
+/// if a joint lacks viscous or Coulomb friction.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));

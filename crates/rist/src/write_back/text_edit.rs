@@ -12,21 +12,21 @@ pub(super) struct Edits<'a> {
 }
 
 impl<'a> Edits<'a> {
-    /// No changes yet.
+    /// Starts without changes.
     pub(super) fn of(text: &'a str) -> Edits<'a> {
         Edits { text, edits: Vec::new() }
     }
 
     /// The text with all changes.
     pub(super) fn apply(mut self) -> String {
-        // From the end, so that the positions of the other changes stay valid.
+        // Changes are applied from the end of the text, so that the positions of the others stay valid.
         self.edits.sort_by_key(|e| Reverse((e.0.start, e.0.end)));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));
         text
     }
 
-    /// Replaces a range by `new`.
+    /// Replaces a range of the text by `new`.
     pub(super) fn replace(&mut self, range: Range<usize>, new: &str) {
         self.edits.push((range, new.into()));
     }

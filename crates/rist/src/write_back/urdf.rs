@@ -1,10 +1,9 @@
-//! Writes identified inertials back into the URDF of the robot; every other byte stays.
+//! Writes identified inertials back into the URDF of the robot; all other bytes stay as they are.
 //!
-//! The identified body is a moving link with everything fixed to it, ten parameters about the origin
-//! of the link frame. The URDF link behind the joint gets the difference to the lumped links.
-//! Where the difference is not a physical body, this link gets the whole sum, and the inertials of the
-//! lumped links are removed. A URDF inertial is about the centre of mass, here with axes along the link
-//! frame (rpy 0): I_c = I - m (c'c 1 - c c').
+//! An identified body is a moving link together with all links fixed to it: ten parameters about the origin of the link frame.
+//! The URDF link behind the joint gets the difference of this sum and the inertials of the fixed links. If the difference is no
+//! possible body, this link gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the
+//! centre of mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'), c: centre of mass, m: mass.
 //!
 //! Only attributes inside the text are replaced: comments, order and spacing stay.
 
@@ -17,20 +16,20 @@ use roxmltree::{Document, Node};
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::text_edit::{Edits, tagged};
 
-/// A URDF with new inertials, and notes for the user on what was done.
+/// A URDF or an MJCF with new inertials, and notes for the user on what was done.
 #[derive(Clone, Debug)]
 pub struct WrittenBack {
-    /// The description with the identified parameters.
+    /// The text of the description with the identified parameters.
     pub text: String,
     /// Sentences for the user: which link took over the inertia of others, and which options hide the new inertials.
     pub notes: Vec<String>,
 }
 
-/// Writes `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` into the
-/// URDF `text` that `robot` was read from.
+/// Writes `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` (one entry per joint) into the URDF
+/// `text`, from which `robot` was read.
 ///
-/// Fails when a body is not physically consistent (a simulator would refuse the file), when the text
-/// is not the robot's, or when a link or joint is not in it.
+/// Fails if a body is not physically consistent (a simulator would refuse the file), if the text does not describe this robot,
+/// or if a link or joint is missing in it.
 pub fn write_back(
     text: &str,
     file: &str,
@@ -46,7 +45,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // The parameters of the link itself, about its centre of mass, in its frame of the file.
+        // The parameters of the link itself, about its centre of mass, in the link's frame of the file.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -63,9 +62,9 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// The element of this tag and name among the children of the robot (not in a transmission).
+/// The child element of `<robot>` with this tag and name; elements in a transmission are not searched.
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    // The robot has the printable form of names.
+    // The robot stores names in printable form.
     let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let found = root.children().find(|n| n.has_tag_name(tag) && is_it(n));
     found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))

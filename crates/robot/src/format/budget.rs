@@ -1,25 +1,25 @@
-//! Bounds of the size of a text, and of the expanded content of a YAML text.
+//! Bounds for the size of a text, and for the expanded content of a YAML text.
 
 use serde_yaml::{Budget, Error};
 
-/// Largest description that is written by hand, bytes. A longer one is an accident or an attack.
+/// Largest size of a description, bytes. Descriptions are written by hand, so a longer one is an accident or an attack.
 pub(in crate::format) const MAX_DESCRIPTION_BYTES: usize = 1 << 20;
 
-/// Largest number of links of a robot in YAML or URDF, above the number of any robot. The names of links, and their lines in
-/// a URDF, are looked up one by one, so the time to read grows as the square of their number.
+/// Largest number of links of a robot in YAML or URDF; no real robot has more. Links are looked up by name one by one, so the
+/// time to read grows with the square of their number.
 pub(in crate::format) const MAX_LINKS: usize = 2000;
 
-/// The message about a text that exceeds its bound.
+/// The message for a YAML text that expands beyond its bound.
 pub const REPEATS_TOO_MUCH: &str = "its anchors repeat more than it holds; write out what they stand for";
 
-/// A bound of the number of values from the length of the text. A value that an anchor repeats counts each time, as if it
-/// were written out. A text without anchors always stays within this bound.
+/// Bounds the number of values by the length of the text. A value that an anchor repeats counts each time it is repeated. A
+/// text without anchors never exceeds this bound.
 pub(super) fn budget(text: &str) -> Option<Budget> {
     let most = 2 * text.len() + 1000;
     serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most }
 }
 
-/// Whether a text was refused because it exceeds its bound.
+/// Whether this error means that the text exceeded its bound.
 pub(super) fn is_beyond_budget(error: &Error) -> bool {
     match error {
         Error::Budget { .. } => true,

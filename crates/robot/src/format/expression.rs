@@ -1,36 +1,36 @@
-//! Values of a description: numbers and expressions; every refusal has its place in the file.
+//! Reads the values of a description: numbers and expressions. Each error gives the place in the file.
 
 use super::node::{DescriptionFile, Node, NodeValue};
 use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 use gate::suggestion::did_you_mean;
 
-/// Bound of all numbers, in SI units: with larger ones, products of a few numbers would exceed all other terms.
+/// Largest absolute value of a number, in SI units. Beyond it, products of a few numbers would dominate all other terms.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
-/// Largest length of an expression. The bound also limits the depth of recursion over values.
+/// Largest length of an expression. It also limits the recursion depth for values.
 const MAX_EXPRESSION_CHARACTERS: usize = 1000;
-/// Largest number of operations of a value with its symbols expanded. The evaluation of a chain of symbols, each twice the
-/// one before it, would not end.
+/// Largest number of operations of a value if its symbols are expanded. Without this limit, a chain of symbols that each
+/// contain the previous one twice could be evaluated almost without end.
 const MAX_VALUE_OPERATIONS: usize = 4000;
 
-/// The message that the description has no symbol of this name.
+/// The message if a value is given for a symbol that the description does not have.
 pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
     let known = if known.is_empty() { "it has none".into() } else { format!("there are {}", known.join(", ")) };
     format!("the description has no symbol {name} to give a value to; {known}")
 }
 
-/// The names an expression may use.
+/// The names that an expression may use: symbols and coordinates.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KnownNames {
     pub symbols: Vec<Symbol>,
-    /// Operations of the value of each symbol, with the symbols in it expanded.
+    /// For each symbol: the number of operations of its value, with the symbols in it expanded.
     costs: Vec<usize>,
     pub coordinates: Vec<String>,
 }
 
 impl KnownNames {
-    /// Adds a symbol; its value may contain the symbols before it.
+    /// Adds a symbol. Its value may contain the symbols that were added before.
     pub(super) fn define(&mut self, source: DescriptionFile, name: String, node: &Node) -> Result<(), Error> {
         let value = self.constant(source, &format!("the symbol `{name}`"), node)?;
         self.costs.push(self.cost(&value));
@@ -38,7 +38,7 @@ impl KnownNames {
         Ok(())
     }
 
-    /// Adds a symbol without a value in the file, unless it exists already; `value` stands in for its value.
+    /// Adds a symbol without a value in the file; `value` is a substitute. Does nothing if the symbol exists already.
     pub(super) fn define_generic(&mut self, name: &str, value: f64) {
         if !self.symbols.iter().any(|s| s.name == name) {
             self.costs.push(1);
@@ -46,7 +46,7 @@ impl KnownNames {
         }
     }
 
-    /// Replaces the values of symbols. Fails where there is no such symbol, and on values above [`LARGEST_NUMBER`].
+    /// Replaces the values of symbols. Fails if a symbol does not exist, or if a value exceeds [`LARGEST_NUMBER`].
     pub(super) fn set_values(&mut self, source: DescriptionFile, values: &[(String, f64)]) -> Result<(), Error> {
         for (name, value) in values {
             let Some(symbol) = self.symbols.iter_mut().find(|s| s.name == *name) else {
@@ -63,19 +63,19 @@ impl KnownNames {
         Ok(())
     }
 
-    /// A finite value without coordinates.
+    /// Reads a value without coordinates. Fails if it is not finite.
     pub(super) fn constant(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<Value, Error> {
         let value = self.value(source, what, node, &[])?;
         self.finite(source, what, node, value.number(&self.symbols))?;
         Ok(value)
     }
 
-    /// The f64 of a value without coordinates.
+    /// Reads a value without coordinates as a number.
     pub(super) fn number(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<f64, Error> {
         Ok(self.constant(source, what, node)?.number(&self.symbols))
     }
 
-    /// A value that may contain coordinates.
+    /// Reads a value that may contain coordinates.
     pub(super) fn variable(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<Value, Error> {
         self.value(source, what, node, &self.coordinates)
     }
@@ -112,7 +112,7 @@ impl KnownNames {
                 source.at(node, format!("{what} is an expression of more than {MAX_EXPRESSION_CHARACTERS} characters"))
             );
         }
-        // A refusal suggests similar names; a coordinate is only allowed in the variable of a joint.
+        // The error suggests similar names. A coordinate is allowed only in the variable of a joint.
         let value = parse(text, &find).map_err(|e| {
             let refusal = match identifiers(text).find(|w| find(w).is_none()) {
                 Some(w) if self.coordinates.iter().any(|c| c == w) => format!(
@@ -127,7 +127,7 @@ impl KnownNames {
             };
             source.at(node, format!("{what}: {refusal}"))
         })?;
-        // Symbols may be expressions, so a short text can be a long computation.
+        // Symbols may be expressions, so a short text can lead to a long computation.
         if self.cost(&value) > MAX_VALUE_OPERATIONS {
             let message =
                 format!("{what} takes more than {MAX_VALUE_OPERATIONS} operations with its symbols written out");
@@ -147,13 +147,13 @@ impl KnownNames {
     }
 }
 
-/// The names in an expression, without functions and pi.
+/// The names in an expression, except functions and pi.
 pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     words.filter(|w| is_name(w))
 }
 
-/// A word that may name a symbol or a coordinate.
+/// Whether a word can be the name of a symbol or a coordinate.
 pub(super) fn is_name(word: &str) -> bool {
     let starts = word.chars().next().is_some_and(|c| c.is_alphabetic() || c == '_');
     let continues = word.chars().all(|c| c.is_alphanumeric() || c == '_');

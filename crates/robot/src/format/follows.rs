@@ -1,21 +1,21 @@
-//! Joints that follow another joint: q = multiplier q_other + offset, resolved through chains to a coordinate.
+//! Joints that follow another joint, q = multiplier q_other + offset. A chain of such joints is resolved to one leader.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::format::shown::shown;
 use crate::robot::{Coordinate, Limits, ModifiedDh};
 use crate::value::Value;
 
-/// The position of a joint: multiplier times the position of the leader, plus offset, rad or m.
+/// The relation of a joint to its leader: its position is multiplier times the leader's position plus offset, rad or m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::format) struct Follows {
-    /// Index of the leader in the file's joints.
+    /// Index of the leader among the joints of the file.
     pub leader: usize,
     pub multiplier: f64,
     pub offset: f64,
 }
 
 impl Follows {
-    /// Adds the offset to the geometry: to r or theta.
+    /// Adds the offset to the geometry of the joint: to r of a prismatic joint, or to theta of a revolute joint.
     pub(in crate::format) fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
         if self.offset == 0.0 {
             return;
@@ -27,7 +27,7 @@ impl Follows {
         }
     }
 
-    /// Narrows the limits of the coordinate so that this joint's own limits hold too.
+    /// Narrows the limits of the leader's coordinate, so that the limits `own` of this joint are kept too.
     pub(in crate::format) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
         if self.multiplier == 0.0 {
             return;
@@ -49,9 +49,9 @@ impl Follows {
     }
 }
 
-/// The final leader of each joint, from `next`, the joint that it follows directly; `name` gives the name of a joint.
+/// The final leader of each joint. `next`: relation of each joint to the joint that it follows directly. `name`: name of a joint.
 ///
-/// Fails with a joint and a message where joints follow each other in a circle, or factors overflow.
+/// Fails with a joint and a message if joints follow each other in a circle, or if factors overflow.
 pub(in crate::format) fn resolved<'a>(
     next: &[Option<Follows>],
     name: impl Fn(usize) -> &'a str,

@@ -1,9 +1,8 @@
-//! A robot whose file gives joints by arbitrary axes and origins, re-framed to Khalil-Kleinfinger.
+//! Converts a robot with arbitrary joint axes and origins to Khalil-Kleinfinger frames.
 //!
-//! The readers of URDF and MJCF list their joints, antecedents first, each with the bodies that it carries in its own frame.
-//! Every moving link gets a frame with z on its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`]
-//! keep the relation to the file. At the end the re-framed robot is compared with the file: every joint frame must have the
-//! pose that the file gives.
+//! The readers of URDF and MJCF list the joints, antecedents first, each with the bodies that it carries. Every moving link
+//! gets a frame with z along its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`] store the relation
+//! to the frames of the file. Finally the result is checked: every joint frame must have the pose that follows from the file.
 
 use super::follows::Follows;
 use super::loop_frames::{FileLoop, loops};
@@ -25,45 +24,45 @@ use crate::robot::{
 use crate::value::{Affine, CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
 
-/// Largest distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
+/// A joint frame of the file and the new frame must agree up to this distance, m, and angle, rad.
 const REFRAMING_TOLERANCE: f64 = 1e-9;
 
-/// A joint and the link it moves, with the values of their file.
+/// A joint of the file and the link that it moves, with the values of the file.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct FileJoint {
-    /// Its number among all joints of the file, including fixed joints.
+    /// Index of the joint among all joints of the file, including fixed joints.
     pub id: usize,
     pub name: String,
-    /// Line and column.
+    /// Line and column in the file.
     pub at: (usize, usize),
     pub given: JointPlacement,
-    /// The joint that leads it, by [`FileJoint::id`]; itself where it follows no other.
+    /// The joint that this joint follows, as a [`FileJoint::id`]; its own id if it follows no other joint.
     pub follows: Follows,
-    /// Whether only a loop moves it.
+    /// Whether the joint has no motor and is moved only through a loop.
     pub is_passive: bool,
     pub limits: Limits,
     pub friction: Friction,
     pub rotor_inertia: RotorInertia,
     pub link: String,
-    /// The link and the bodies fixed to it, in the order of the file.
+    /// The bodies that the joint carries: its link and the bodies fixed to it, in the order of the file.
     pub carried: Vec<LumpedBody>,
-    /// Whether the link has zero mass, instead of an unknown one, where none of its parts has an inertial.
+    /// Meaning of a link without any inertial: true: its mass is zero; false: its mass is unknown.
     pub is_massless: bool,
 }
 
-/// A body of the file, fixed to the link of a joint.
+/// A body of the file that is fixed to the link of a joint.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct LumpedBody {
     pub name: String,
-    /// The pose of its frame in the frame of the joint.
+    /// Pose of the body's frame in the frame of the joint.
     pub pose: Pose,
-    /// Its inertial, in its own frame.
+    /// Inertial of the body, in the frame of the body; `None` if the file has none.
     pub part: Option<Part>,
-    /// Its shapes, in its own frame.
+    /// Collision shapes of the body, in the frame of the body.
     pub collisions: Vec<Collision>,
 }
 
-/// The data of a file apart from its joints.
+/// The data of a file except its joints.
 pub(in crate::format) struct FileContext {
     pub name: String,
     pub base: Base,
@@ -73,9 +72,9 @@ pub(in crate::format) struct FileContext {
     pub snapped: Vec<Note>,
 }
 
-/// The robot with these joints, antecedents first.
+/// Makes a robot of these joints, antecedents first.
 ///
-/// Fails where a frame cannot be re-framed accurately.
+/// Fails if a frame cannot be converted accurately.
 pub(in crate::format) fn robot(
     source: DescriptionFile,
     mut joints: Vec<FileJoint>,
@@ -136,13 +135,13 @@ pub(in crate::format) fn robot(
     Ok(robot)
 }
 
-/// The base of the joints, from the bodies fixed to it.
+/// The base of the robot, made of the bodies that are fixed to it.
 pub(in crate::format) fn base(rooted: &[LumpedBody]) -> Base {
     let parts = parts(rooted, &Pose::IDENTITY);
     Base { inertial: sum(&parts), parts, collisions: collisions(rooted, &Pose::IDENTITY) }
 }
 
-/// The inertial parts of the carried bodies; `frame` is the pose of the joint's frame in the link's frame.
+/// The inertials of the bodies that a joint carries. `frame`: pose of the joint's frame in the link frame.
 fn parts(carried: &[LumpedBody], frame: &Pose) -> Vec<Part> {
     let placed = |one: &LumpedBody| {
         let part = one.part.clone()?;
@@ -160,7 +159,7 @@ fn collisions(carried: &[LumpedBody], frame: &Pose) -> Vec<Collision> {
     carried.iter().flat_map(of).collect()
 }
 
-/// The sum of inertial parts: XX .. M in the frame in which they are given; `None` (unknown) without parts.
+/// The sum of inertials: XX .. M in their common frame. `None` (unknown) if there are none.
 pub(in crate::format) fn sum(parts: &[Part]) -> Option<[f64; 10]> {
     let mut sum = [0.0; 10];
     for part in parts {
@@ -175,7 +174,7 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
     let frame = framed.file_frame;
     let (drive, variable) = drive(&joint, k);
     let parts = parts(&joint.carried, &frame);
-    // The link's own frame comes first, then the frames of the bodies fixed to it.
+    // The frame of the link itself comes first, then the frames of the bodies fixed to it.
     let mut named: Vec<&LumpedBody> = joint.carried.iter().collect();
     named.sort_by_key(|one| one.name != joint.link);
     Link {
@@ -201,9 +200,9 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
     }
 }
 
-/// The drive of a joint, and its variable as a multiple of the coordinate k.
+/// The drive type of a joint, and its variable as a multiple of coordinate k.
 fn drive(joint: &FileJoint, k: Option<CoordinateId>) -> (Drive, Affine) {
-    // A joint that follows a fixed joint does not move.
+    // A joint that follows a fixed joint has no coordinate: it does not move.
     let terms = k.filter(|_| joint.follows.multiplier != 0.0).map(|k| (k, joint.follows.multiplier));
     let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
     let drive = match (joint.follows.leader == joint.id, variable.terms.is_empty()) {
@@ -222,8 +221,8 @@ fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note 
     Note { subject: link.into(), text }
 }
 
-/// A note on an axis that is almost parallel to the one before it. Their common normal lies far away, and numbers in a
-/// frame at that distance lose digits.
+/// A note that two consecutive joint axes are almost parallel. Their common normal is far away, and numbers in such a distant
+/// frame lose digits.
 fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
     let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
     let text = format!(
@@ -234,7 +233,7 @@ fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
     (sine > 0.0 && sine < NEARLY_PARALLEL_RAD).then(|| Note { subject: joint.into(), text })
 }
 
-/// Compares the forward kinematics of the re-framed robot with the forward kinematics of the file.
+/// Checks the converted robot: its forward kinematics must equal the forward kinematics of the file.
 fn check_frames(
     source: DescriptionFile,
     robot: &Robot,
@@ -243,7 +242,7 @@ fn check_frames(
     places: &[(usize, usize)],
 ) -> Result<(), Error> {
     for q in configurations(robot.n_variables(), 4) {
-        // Positions of the joints of the file.
+        // Positions of the joints as the file defines them.
         let position = |j: usize| robot.links[j].joint.variable.rate(&q) + follows[j].offset;
         let poses = robot.link_poses(&q);
         let mut file: Vec<Pose> = Vec::with_capacity(given.len());

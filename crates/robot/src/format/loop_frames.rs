@@ -1,20 +1,22 @@
-//! Loops of a file: a point of one link coincides with a point of another link, and both share an axis through it.
+//! Loops of a file: a point of one link coincides with a point of another link, and both links share an axis through this point.
 
 use super::reframe::placement;
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Link, LinkId, Loop, LoopFrame, PassiveCoordinate};
 use crate::value::{Affine, CoordinateId, Value};
 
-/// Two frames that coincide up to a turn about their common z axis.
+/// A loop: two frames that coincide except for a rotation about their common z axis.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct FileLoop {
     pub name: String,
-    /// The index of the joint that carries the frame (`None`: the base), and the pose of the frame in the joint's frame.
+    /// Index of the joint that carries the frame (`None`: the base), and pose of the frame in the frame of this joint.
+    /// `twin`: the same for the other frame.
     pub cut: (Option<usize>, Pose),
     pub twin: (Option<usize>, Pose),
 }
 
-/// The loops of a robot with these links; the cut of each loop adds one passive coordinate. `n`: the number of coordinates.
+/// Converts the loops of a file to loops between `links`. The cut of each loop adds one coordinate to `passive`. `n`:
+/// number of coordinates.
 pub(in crate::format) fn loops(
     given: &[FileLoop],
     links: &[Link],

@@ -1,7 +1,7 @@
-//! File formats: each reads a text into a [`crate::Robot`].
+//! File formats. Each reader converts a text to a [`crate::Robot`].
 //!
-//! A description is refused with one [`crate::Error`]: the file, the line, what was found, what was
-//! expected. No text makes a reader panic: sizes, depths and expressions are bounded here.
+//! If a description cannot be used, the reader returns one [`crate::Error`]: the file, the line, what was found and what was
+//! expected. No text makes a reader panic, because sizes, depths and expressions are bounded here.
 
 mod budget;
 mod expression;

@@ -1,14 +1,14 @@
-//! Printable names.
+//! Makes names printable.
 //!
-//! A name with invisible characters, or with characters that change the display of their neighbours, is replaced by its
-//! printable form ([`gate::shown::line`]) when it is read: in tables, comments, generated source, columns and artefacts. A
-//! note tells the user.
+//! A name may contain invisible characters, or characters that change how their neighbours are displayed. Such a name is
+//! replaced by its printable form ([`gate::shown::line`]) when it is read, for use in tables, comments, generated source,
+//! columns and artefacts. A note tells the user.
 
 use gate::shown::{is_hidden, line};
 
 use crate::robot::{Note, Robot};
 
-/// The robot with printable names.
+/// Replaces all names of the robot by their printable forms, and adds a note for each changed name.
 pub(super) fn shown(mut robot: Robot) -> Robot {
     let mut hidden = Vec::new();
     let mut show = |what: &str, name: &mut String| {
@@ -24,7 +24,7 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     for link in &mut robot.links {
         show("link", &mut link.name);
         show("joint", &mut link.joint.name);
-        // These names repeat the names of links, joints and files, and get no further note.
+        // These names are copies of other names (links, joints, files), so they get no further note.
         let quietly = |name: &mut String| *name = line(name).into_owned();
         quietly(&mut link.label);
         link.parts.iter_mut().for_each(|part| quietly(&mut part.name));
@@ -45,14 +45,14 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     robot
 }
 
-/// Largest length of a name, characters. Names are keys of YAML (at most 1024), identifiers of generated source, and heads
-/// of columns.
+/// Largest length of a name, characters. Names become keys of YAML (at most 1024 characters), identifiers in generated
+/// source, and column heads.
 const MAX_NAME_CHARACTERS: usize = 256;
 
-/// Characters of a long name that the message shows.
+/// Number of characters that a message shows of a long name.
 const SHOWN_NAME_CHARACTERS: usize = 40;
 
-/// The message about the first name that is too long; `None` where there is none.
+/// The message about the first name that is too long; `None` if no name is too long.
 pub(super) fn too_long(robot: &Robot) -> Option<String> {
     let symbols = robot.symbols.iter().map(|symbol| ("symbol", &symbol.name));
     let coordinates = robot.coordinates.iter().map(|coordinate| ("coordinate", &coordinate.name));
@@ -84,7 +84,7 @@ mod tests {
         assert!(plain.notes.iter().all(|note| note.subject != "names"));
     }
 
-    /// Every name that is read can be written: a key of YAML has at most 1024 characters.
+    /// Every name that is read can also be written. A key in YAML has at most 1024 characters.
     #[test]
     fn a_name_without_end_is_refused_in_every_format() {
         let urdf = |name: &str| {

@@ -1,7 +1,7 @@
-//! A YAML text as a tree in which every value has its line and column.
+//! Parses a YAML text into a tree. Every value has its line and column.
 //!
-//! Only this file uses the YAML library. The library refuses duplicate keys, and aliases and
-//! nesting beyond the budget; the meaning of the values is read elsewhere.
+//! Only this file uses the YAML library. The library refuses duplicate keys, and texts with too many aliases or too deep
+//! nesting. Other files interpret the values.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use super::budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 use crate::error::{Error, Place};
 use gate::suggestion::did_you_mean;
 
-/// One value of the text and its place.
+/// A value of the YAML text with its line and column.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub line: usize,
@@ -37,7 +37,7 @@ pub(super) struct Key {
     pub text: String,
 }
 
-/// A file that is being read, with its name for errors.
+/// The file that is being read. Its name appears in errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DescriptionFile<'a> {
     pub file: &'a str,
@@ -52,7 +52,7 @@ impl DescriptionFile<'_> {
         self.error(at.0, at.1, message)
     }
 
-    /// An error of the whole file, without a line.
+    /// An error that concerns the whole file; it has no line.
     pub(super) fn whole(self, message: impl Into<String>) -> Error {
         self.error(0, 0, message)
     }
@@ -65,13 +65,13 @@ impl DescriptionFile<'_> {
         self.error(key.line, key.column, message)
     }
 
-    /// Parses the text.
+    /// Parses a YAML text into a tree.
     pub(super) fn parse(self, text: &str) -> Result<Node, Error> {
         let options = serde_yaml::options! {
             budget: budget(text),
             strict_booleans: true,
             with_snippet: false,
-            // A number that is not finite is refused where it is used, since the message there can name its quantity.
+            // A number that is not finite is accepted here and refused later, because the later message can name its quantity.
             non_finite_float_policy: serde_yaml::NonFiniteFloatPolicy::PassThrough,
         };
         serde_yaml::from_str_with_options(text, options).map_err(|e| {
@@ -92,13 +92,13 @@ fn place(n: u64) -> usize {
     usize::try_from(n).unwrap_or(0)
 }
 
-/// The message without the place that the library adds at its end, since our messages begin with the place.
+/// Removes the place that the library adds at the end of a message, because our messages start with the place.
 fn without_place(message: &str) -> &str {
     let first = message.lines().next().unwrap_or("");
     first.find(" at line ").map_or(first, |at| &first[..at])
 }
 
-/// The hint for a key of a link that other Denavit-Hartenberg tables have.
+/// A hint for a key that is not valid here but occurs in other Denavit-Hartenberg tables.
 fn way_out(key: &str, valid: &[&str]) -> &'static str {
     match key {
         _ if !valid.contains(&"alpha") => "",
@@ -110,7 +110,7 @@ fn way_out(key: &str, valid: &[&str]) -> &'static str {
 }
 
 impl Node {
-    /// The kind of the value, for a message.
+    /// A description of the value for an error message.
     pub(super) fn kind(&self) -> String {
         match &self.content {
             NodeValue::Null => "nothing".into(),
@@ -123,7 +123,7 @@ impl Node {
         }
     }
 
-    /// The entries of a map whose keys are all among `valid`; `what` names the map in errors.
+    /// The entries of a map. Fails if a key is not in `valid`. `what`: name of the map in errors.
     pub(super) fn fields<'a>(
         &'a self,
         source: DescriptionFile<'a>,
@@ -157,7 +157,7 @@ impl Node {
         }
     }
 
-    /// A text, or a number as its text.
+    /// The value as text. A number is converted to its text. Fails for other values.
     pub(super) fn word(&self, source: DescriptionFile, what: &str) -> Result<String, Error> {
         match &self.content {
             NodeValue::Text(t) if !t.trim().is_empty() => Ok(t.clone()),
@@ -166,7 +166,7 @@ impl Node {
         }
     }
 
-    /// The index of the value among `words`. Fails where it is none of them.
+    /// The index of the value in `words`. Fails if the value is none of them.
     pub(super) fn choice(&self, source: DescriptionFile, what: &str, words: &[&str]) -> Result<usize, Error> {
         let found = words.iter().position(|w| matches!(&self.content, NodeValue::Text(t) if t == w));
         found.ok_or_else(|| {
@@ -179,7 +179,7 @@ impl Node {
     }
 }
 
-/// A map whose keys are known to be valid.
+/// A map of the YAML text. Its keys were checked and are all valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fields<'a> {
     source: DescriptionFile<'a>,

@@ -1,35 +1,34 @@
-//! Options for reading a file, which the caller chooses.
+//! Options for reading a robot description.
 
 use std::path::PathBuf;
 
 use crate::angle_snap::AngleSnapping;
 
-/// Options for reading a file.
+/// Options for reading a robot description. The caller chooses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions<'a> {
-    /// The treatment of mimic joints.
+    /// Whether mimic joints follow their leader or are independent coordinates.
     pub mimic: Mimic,
-    /// The treatment of rounded angles.
+    /// Whether rounded angles are replaced by exact values.
     pub angles: AngleSnapping,
-    /// Whether the base floats: then a URDF with a single body is a robot.
+    /// Whether the robot has a floating base. With a floating base, a URDF with a single body is accepted.
     pub floating_base: bool,
-    /// Values of symbols, m or rad, that replace the values of the file.
+    /// Values of symbols, m or rad. They replace the values in the file.
     pub values: &'a [(String, f64)],
-    /// Values of the arguments of a xacro, for `$(arg)`.
+    /// Values of the xacro arguments, used by `$(arg)`: name and value of each.
     pub arguments: &'a [(String, String)],
-    /// Folders of the packages that a xacro may open, for `$(find)`.
+    /// Folders of the packages that a xacro may open, used by `$(find)`: name and folder of each.
     pub packages: &'a [(String, PathBuf)],
 }
 
-/// The treatment of joints that mimic another joint.
+/// How joints that mimic another joint are treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimic {
-    /// They follow it: passive joints, affine in its coordinate. A mimic joint has no motor and no torque of its own.
-    /// The parameters of the bodies it carries appear in the torque of the joint it follows. Choose this when torques are
-    /// measured.
+    /// A mimic joint is passive: its position is an affine function of the coordinate of its leader. It has no motor and
+    /// no torque. The parameters of the bodies that it carries appear in the torque of the leader. Choose this if
+    /// torques are measured.
     #[default]
     Constraint,
-    /// They are ordinary coordinates, as in libraries that ignore the tag (Pinocchio's
-    /// default).
+    /// A mimic joint is an ordinary coordinate, as in libraries that ignore the tag (default of Pinocchio).
     Independent,
 }

@@ -1,4 +1,5 @@
-//! Reads a file of any format. The extension determines the format; for standard input (`-`) the start of the text does.
+//! Reads a file of any format. The file extension determines the format. For standard input (`-`), the start of the
+//! text determines it.
 
 use std::io;
 use std::path::Path;
@@ -17,29 +18,26 @@ use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
 use crate::robot::Robot;
 
-/// Largest file, bytes: no robot needs a larger one, and the memory of a reader is a multiple of its text.
+/// Largest size of a file, bytes. No robot needs more, and a reader needs a multiple of the text as memory.
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
-/// Reads the robot described by the file at `path`; its extension determines the format (`yaml`, `yml`:
-/// YAML; `urdf`, `xml`, `mjcf`: URDF or MJCF, by its first element; `xacro`: URDF with macros; `par`: SYMORO, in UTF-8 or
-/// Latin-1).
+/// Reads a robot from the file at `path`. The extension determines the format. `yaml`, `yml`: YAML. `urdf`, `xml`, `mjcf`:
+/// URDF or MJCF, by the first element. `xacro`: URDF with macros. `par`: SYMORO, in UTF-8 or Latin-1.
 ///
-/// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
-/// a robot.
+/// Fails if the file cannot be read, is larger than 16 MiB, has a wrong encoding, or does not describe a robot.
 pub fn read(path: &Path) -> Result<Robot, Error> {
     read_with(path, ReadOptions::default())
 }
 
-/// Reads the robot described by the file at `path` as [`read`], with options.
+/// Reads a robot from the file at `path`, with options. Otherwise it is the same as [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     parse_with(&text_of(path)?, path, options)
 }
 
-/// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension determines the
-/// format, and messages contain the name. The only opened files are files included by an MJCF, and the meshes that give the
-/// masses of its bodies, below the folder of `path`.
+/// Reads a robot from a text. The extension of `path` determines the format, and messages contain its name. Other files are
+/// opened only for an MJCF: included files, and meshes for the masses of bodies. They must be below the folder of `path`.
 ///
-/// Fails when the text is larger than 16 MiB or does not describe a robot.
+/// Fails if the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     let format = DescriptionFormat::of(path, text)?;
     if text.len() as u64 > MAX_FILE_BYTES {
@@ -48,9 +46,9 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
     format.parse(text, path, options)
 }
 
-/// The text without macros: the expanded URDF for a xacro, else the text itself.
+/// Expands the macros of a text: the result is the URDF for a xacro, and the text itself for other formats.
 ///
-/// Fails where a xacro cannot be expanded.
+/// Fails if a xacro cannot be expanded.
 pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
     match DescriptionFormat::of(path, text)? {
         DescriptionFormat::Xacro => {
@@ -60,15 +58,15 @@ pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<S
     }
 }
 
-/// The text of a description, as [`read_with`] reads it from the file at `path`.
+/// Reads the text of a description from the file at `path`, without interpreting it.
 ///
-/// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
+/// Fails if the file cannot be read, is larger than 16 MiB, or has a wrong encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // The format of standard input is known only after it is read.
+    // The format of standard input is not known before it is read, so Latin-1 is accepted.
     decoded(path, is_standard_input(path) || DescriptionFormat::of(path, "")? == DescriptionFormat::Par)
 }
 
-/// Whether a path is `-`, standard input.
+/// Whether the path is `-`, which means standard input.
 fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -82,10 +80,10 @@ enum DescriptionFormat {
     Xacro,
 }
 
-/// The extensions of the formats that are read.
+/// The file extensions that can be read, as text for messages.
 pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
 
-/// Formats of robots that are not read, by extension or first element, with the remedy.
+/// Robot formats that cannot be read, by extension or first element, each with a remedy.
 const CONVERTED: [(&str, &str); 4] = [
     (
         "sdf",
@@ -97,8 +95,8 @@ const CONVERTED: [(&str, &str); 4] = [
 ];
 
 impl DescriptionFormat {
-    /// The format from the extension; for standard input from the start of the text: an XML tag, or the comment of a .par
-    /// file. The first element distinguishes the formats of XML. Fails for other formats.
+    /// The format by the extension. For standard input it is determined by the start of the text: an XML tag, or the comment
+    /// of a .par file. The first element distinguishes URDF, MJCF and xacro. Fails for other formats.
     fn of(path: &Path, text: &str) -> Result<DescriptionFormat, Error> {
         let refused = |message: String| Err(whole_file(&path.display().to_string(), message));
         if is_standard_input(path) {
@@ -125,7 +123,7 @@ impl DescriptionFormat {
         }
     }
 
-    /// URDF or MJCF; fails where the first element belongs to another known format.
+    /// Determines by the first element whether an XML is URDF or MJCF. Fails if the element belongs to another known format.
     fn of_xml(text: &str) -> Result<DescriptionFormat, String> {
         match root_tag(text) {
             "mujoco" => Ok(DescriptionFormat::Mjcf),
@@ -162,14 +160,15 @@ impl DescriptionFormat {
     }
 }
 
-/// The text of a file in UTF-8: a description, options, an artefact.
+/// Reads a text file in UTF-8: a description, options or an artefact.
 ///
-/// Fails when the file cannot be read, is larger than 16 MiB (a device may have no end), or is not UTF-8.
+/// Fails if the file cannot be read, is larger than 16 MiB (a device may have no end), or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Error> {
     decoded(path, false)
 }
 
-/// The bytes of standard input, stored because it can be read only once and a description may be read twice.
+/// The bytes of standard input. They are stored, because standard input can be read only once but a description may
+/// be read twice.
 fn standard_input() -> io::Result<&'static [u8]> {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     if let Some(bytes) = BYTES.get() {
@@ -191,7 +190,7 @@ fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
         false => source::read(path, MAX_FILE_BYTES).map_err(fail)?,
     };
     if may_be_latin && std::str::from_utf8(&bytes).is_err() {
-        // A byte of Latin-1 is the character with this code point.
+        // In Latin-1, a byte is the code point of its character.
         return Ok(bytes.iter().map(|&b| char::from(b)).collect());
     }
     String::from_utf8(bytes).map_err(|e| {

@@ -1,9 +1,9 @@
-//! A YAML text as a value of a type, by serde.
+//! Reads a YAML text as a value of a given type, by serde.
 //!
-//! The library's own reader would be compiled for each type. This reader traverses the tree of
-//! [`node`](super::node), so that a type needs little code, and each error has its line and column.
-//! Functions that pass a visitor on are never inlined: otherwise each function of serde above them would contain the whole
-//! reader of a type, and the compiler would optimise it in each (a quarter of the compile time of `experiments`).
+//! The reader of the YAML library would be compiled for each type. This reader traverses the tree of [`node`](super::node),
+//! so a type needs little code, and each error has its line and column. Functions that pass a visitor on are never inlined.
+//! Otherwise each serde function above them would contain the whole reader of a type, and the compiler would optimise every
+//! copy (a quarter of the compile time of `experiments`).
 
 use std::fmt;
 
@@ -15,11 +15,11 @@ use serde::de::{
 
 use super::node::{DescriptionFile, Key, Node, NodeValue};
 
-/// The value of a YAML text as a type.
+/// Reads a YAML text as a value of type `T`.
 ///
-/// A number that is not finite is refused, except where the type requests an f64: its deserializer receives the number and
-/// can name its quantity. Fails with the line and column of an unexpected value or of a duplicate key, and where anchors
-/// repeat too much.
+/// A number that is not finite is refused, unless the type requests an f64: then the deserializer of the type gets the
+/// number, and can name the quantity in its error. Fails, with line and column, at an unexpected value or a duplicate key,
+/// and if anchors repeat too much.
 pub fn read_as<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let tree =
         DescriptionFile { file: "" }.parse(text).map_err(|e| said((e.place.line, e.place.column), &e.message))?;
@@ -33,7 +33,7 @@ fn said(place: (usize, usize), message: &str) -> String {
     }
 }
 
-/// An error about an unexpected value, with the place of the innermost value that has one.
+/// The error for an unexpected value, with the place of the innermost value that has a place.
 #[derive(Debug)]
 struct Unexpected {
     place: Option<(usize, usize)>,
@@ -61,19 +61,19 @@ impl de::Error for Unexpected {
     }
 }
 
-/// A value of the tree, with the text for the spelling of scalars.
+/// A value of the tree, together with the YAML text, which shows how scalars are spelled.
 #[derive(Clone, Copy)]
 struct TypedValue<'a> {
     node: &'a Node,
     text: &'a str,
 }
 
-/// 2^53: an f64 does not distinguish all integers from this bound on.
+/// 2^53: from this number on, f64 cannot represent every integer.
 const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 impl<'a> TypedValue<'a> {
-    /// A scalar as it is spelled in the text: a link may be named `01`, `1e3` or `true`. The value of an alias is spelled
-    /// elsewhere; it is formatted from its value.
+    /// A scalar as it is spelled in the text: a link may have the name `01`, `1e3` or `true`. The value of an alias is
+    /// spelled elsewhere in the text, so it is formatted from its value.
     fn written(self) -> String {
         let line = self.text.lines().nth(self.node.line.saturating_sub(1)).unwrap_or("");
         let from = line.char_indices().nth(self.node.column.saturating_sub(1)).map_or("", |(at, _)| &line[at..]);
@@ -111,7 +111,7 @@ impl<'a> TypedValue<'a> {
         }
     }
 
-    /// The number that a type requests; a number in quotes is accepted.
+    /// Passes the value as a number to the visitor. A number in quotes is also accepted.
     #[inline(never)]
     fn asked_number<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let quoted = match &self.node.content {
@@ -124,12 +124,12 @@ impl<'a> TypedValue<'a> {
         })
     }
 
-    /// The value as a type; an error that the type itself reports gets the place of the value.
+    /// Deserializes the value. If the type itself reports an error, the error gets the place of the value.
     fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
         self.here(seed.deserialize(self))
     }
 
-    /// The error that the value is of another kind than the expected one.
+    /// The error that the value has a different kind than `expected`.
     fn unexpected(self, expected: &dyn Expected) -> Unexpected {
         let found = match &self.node.content {
             NodeValue::Null => de::Unexpected::Unit,
@@ -174,7 +174,7 @@ impl<'de> Deserializer<'de> for TypedValue<'de> {
 
     asked_numbers! { deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64 deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_f32 }
 
-    /// A boolean; the words of YAML 1.1 (yes, on, ..) are accepted too.
+    /// Reads a boolean. The words of YAML 1.1 (yes, on, ..) are accepted too.
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let word = match &self.node.content {
             NodeValue::Text(text) => text.to_lowercase(),
@@ -205,7 +205,7 @@ impl<'de> Deserializer<'de> for TypedValue<'de> {
         }
     }
 
-    /// A list; a key without a value is an empty list.
+    /// Reads a list. A key without a value counts as an empty list.
     #[inline(never)]
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let items: &[Node] = match &self.node.content {
@@ -229,7 +229,7 @@ impl<'de> Deserializer<'de> for TypedValue<'de> {
         self.deserialize_seq(visitor)
     }
 
-    /// A map; a key without a value is an empty map, since all its entries may be comments.
+    /// Reads a map. A key without a value counts as an empty map, because all its entries may be commented out.
     #[inline(never)]
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let entries: &[(Key, Node)] = match &self.node.content {
@@ -302,7 +302,7 @@ impl<'a> SeqAccess<'a> for Items<'a> {
 
 struct Entries<'a> {
     entries: std::slice::Iter<'a, (Key, Node)>,
-    /// The value of the last key.
+    /// The value that belongs to the last key that was read.
     value: &'a Node,
     text: &'a str,
 }
@@ -321,12 +321,12 @@ impl<'a> MapAccess<'a> for Entries<'a> {
     }
 }
 
-/// The text of a key as a type.
+/// Deserializes a key from its text.
 fn named<'a, K: DeserializeSeed<'a>>(key: &Key, seed: K) -> Result<K::Value, Unexpected> {
     seed.deserialize(StrDeserializer::new(&key.text)).map_err(|e: Unexpected| e.at(key.line, key.column))
 }
 
-/// A variant of an enum, with the value behind its word.
+/// A variant of an enum: its name, and its value if it has one.
 struct Variant<'k, 'a> {
     key: &'k Key,
     value: Option<TypedValue<'a>>,
@@ -391,7 +391,7 @@ mod tests {
         One(usize),
     }
 
-    /// A type that checks its value.
+    /// A test type that checks its value.
     #[derive(Debug, PartialEq)]
     struct Small(f64);
 
@@ -446,7 +446,7 @@ mod tests {
         assert_eq!(read, ["7", "7", "x\n"]);
     }
 
-    /// Values that the library's own reader accepts: an empty value as a map or a list, numbers in quotes, yes and no.
+    /// Values that the YAML library itself accepts: an empty value for a map or a list, numbers in quotes, yes and no.
     #[test]
     fn what_people_write_is_read() {
         #[derive(Debug, Default, Deserialize, PartialEq)]
@@ -469,7 +469,7 @@ mod tests {
         assert_eq!(read.all, AskedFields { on: true, x: Some(1.5), count: 3, ..AskedFields::default() });
         assert!(read_as::<bool>("maybe").unwrap_err().contains("expected a boolean"));
         assert!(read_as::<usize>("'1.5'").unwrap_err().contains("expected usize"));
-        // The library merges the entries of an anchor.
+        // The library merges the entries of the anchor into the map.
         let merged: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>> =
             read_as("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").unwrap();
         assert_eq!(merged["b"].len(), 2);

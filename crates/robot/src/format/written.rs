@@ -1,22 +1,22 @@
-//! Common functions of the writers of descriptions: names that a format allows, and notes on data that no format has.
+//! Functions that all writers of descriptions use: names that a format allows, and notes on data that no format can store.
 
 use crate::format::expression::is_name;
 use crate::inertial::Pose;
 use crate::robot::{Link, Robot};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
-/// The names of symbols and coordinates in the file, each once.
+/// The unique names of symbols and coordinates in a written file.
 pub struct WrittenNames {
-    /// The names of the symbols.
+    /// Names of the symbols, in the order of the robot.
     pub symbols: Vec<String>,
-    /// The names of the coordinates.
+    /// Names of the coordinates, in the order of the robot.
     pub coordinates: Vec<String>,
     renamed: Vec<Symbol>,
 }
 
 impl WrittenNames {
-    /// The names for a format. `allowed`: a name in the characters of the format; `is_reserved`: whether a name has another
-    /// meaning in the format.
+    /// Makes the names for a format. `allowed`: replaces the characters of a name that the format does not allow.
+    /// `is_reserved`: whether a name has another meaning in the format.
     pub fn new(robot: &Robot, allowed: impl Fn(&str) -> String, is_reserved: impl Fn(&str) -> bool) -> WrittenNames {
         let mut taken: Vec<String> = Vec::new();
         let mut unique = |name: &str| {
@@ -24,7 +24,7 @@ impl WrittenNames {
             if !is_name(&name) {
                 name.insert(0, 'q');
             }
-            // An underscore at the end of a reserved word makes no other reserved word.
+            // An underscore at the end turns a reserved word into a word that is not reserved.
             while taken.contains(&name) || is_reserved(&name) {
                 name.push('_');
             }
@@ -38,18 +38,18 @@ impl WrittenNames {
         WrittenNames { symbols, coordinates, renamed }
     }
 
-    /// A value as text with these names.
+    /// The text of a value, with the names of this file.
     pub fn value(&self, value: &Value) -> String {
         value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
     }
 
-    /// A joint variable with its constant part, as text with these names.
+    /// The text of a joint variable plus its constant part, with the names of this file.
     pub fn variable(&self, variable: &Affine, constant: &Value) -> String {
         variable.text(constant, &self.renamed, &|k| self.coordinates[k.0].clone())
     }
 }
 
-/// Adds notes on data of the link's file that are not written.
+/// Adds notes on data of a link's original file that are not written.
 pub fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
     if link.parts.len() > 1 {
         note(&link.name, format!("its {} parts are written as one link", link.parts.len()));

@@ -1,4 +1,4 @@
-//! An XML text within bounds: the first step of every reader of XML.
+//! Parses an XML text within bounds. This is the first step of every XML reader.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -7,9 +7,9 @@ use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
-/// The document of a text; `kind` names what it should be.
+/// Parses an XML text. `kind`: the expected format, for messages.
 ///
-/// Fails, with the place, where the text is not XML or exceeds the bounds.
+/// Fails, with the place, if the text is not XML or exceeds the bounds.
 pub(in crate::format) fn document<'a>(
     source: DescriptionFile,
     text: &'a str,
@@ -22,13 +22,13 @@ pub(in crate::format) fn document<'a>(
     }
     let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|e| {
-        // An element without an end is reported at the end of the text.
+        // An element that is not closed is reported at the end of the text.
         let at = match e {
             roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
             _ => e.pos(),
         };
         let message = e.to_string();
-        // The library ends its messages with the place; here it is in front.
+        // The library writes the place at the end of its messages. Here the place is at the start, so it is removed at the end.
         let message = message.split(" at ").next().unwrap_or("").to_string();
         let message = if message.contains("DTD") { format!("{message}: take the <!DOCTYPE> out") } else { message };
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
@@ -36,12 +36,12 @@ pub(in crate::format) fn document<'a>(
     })
 }
 
-/// The first child with this tag.
+/// The first child element with this tag.
 pub(in crate::format) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The tag of the first element of a text, without its prefix; empty where there is none.
+/// The tag of the first element of a text, without its name space prefix. Empty if there is no element.
 pub(in crate::format) fn root_tag(text: &str) -> &str {
     let mut rest = text.trim_start_matches('\u{feff}').trim_start();
     loop {

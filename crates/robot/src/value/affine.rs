@@ -2,17 +2,17 @@
 
 use super::exact::{CoordinateId, Symbol, Value};
 
-/// q_j = sum_k coefficient_k * q_k + offset, with an offset without coordinates.
+/// A joint variable q_j = sum_k coefficient_k * q_k + offset. The offset does not contain coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Affine {
-    /// Coordinates and non-zero coefficients, in the order of the coordinates.
+    /// The coordinates with non-zero coefficients, in the order of the coordinates.
     pub terms: Vec<(CoordinateId, f64)>,
-    /// The value of the variable where all coordinates are zero, rad or m.
+    /// Value of the joint variable if all coordinates are zero, rad or m.
     pub offset: Value,
 }
 
 impl Affine {
-    /// The variable of a joint locked at `offset`.
+    /// The variable of a joint that is locked at `offset`.
     pub fn constant(offset: Value) -> Affine {
         Affine { terms: Vec::new(), offset }
     }
@@ -22,7 +22,7 @@ impl Affine {
         Affine { terms: vec![(k, 1.0)], offset: Value::ZERO }
     }
 
-    /// Splits a value into the terms of its coordinates and its offset; `None` when it is not affine.
+    /// Splits a value into its linear terms in the coordinates and its offset. `None` if the value is not affine.
     pub fn from_value(value: &Value, symbols: &[Symbol]) -> Option<Affine> {
         let part = |v: &Value| Affine::from_value(v, symbols);
         let combine = |a: Affine, b: Affine, sign: f64, offset: Value| {
@@ -54,7 +54,7 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
-            // A product with a constant: exact in the offset, as a number in the terms.
+            // A product with a constant: it stays exact in the offset, but becomes a number in the coefficients.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {
@@ -90,12 +90,12 @@ impl Affine {
         }
     }
 
-    /// The variable at `q`, rad or m.
+    /// The value of the joint variable at the coordinates `q`, rad or m.
     pub fn number(&self, q: &[f64], symbols: &[Symbol]) -> f64 {
         self.offset.number(symbols) + self.rate(q)
     }
 
-    /// The linear part at `dq`: the joint's velocity (or acceleration at `ddq`).
+    /// The linear part evaluated at `dq`: the velocity of the joint. With `ddq` it is the acceleration.
     pub fn rate(&self, dq: &[f64]) -> f64 {
         self.terms.iter().map(|&(k, c)| c * dq[k.0]).sum()
     }

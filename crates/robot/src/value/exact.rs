@@ -1,7 +1,7 @@
-//! A number as the user wrote it, exact until its f64 is needed.
+//! A value of a description as an exact expression. It is converted to f64 only when a number is needed.
 //!
-//! `5*pi/6`, `D2`, `-D4/2` and `q3 - q2 - DEL` are values. Lengths and angles may contain symbols, a joint
-//! variable may also contain coordinates.
+//! Examples: `5*pi/6`, `D2`, `-D4/2` and `q3 - q2 - DEL`. Lengths and angles may contain symbols. A joint variable may
+//! also contain coordinates.
 
 use std::f64::consts::PI;
 
@@ -9,62 +9,62 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
-/// Index of a coordinate in [`crate::Robot::coordinates`]; from their number on, of a passive coordinate in
-/// [`crate::Robot::passive`].
+/// Index of a coordinate in [`crate::Robot::coordinates`]. From n on (n: number of coordinates), it is n plus an
+/// index in [`crate::Robot::passive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CoordinateId(pub usize);
 
 /// A named constant of the robot: a length in m or an angle in rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Symbol {
-    /// The name in expressions.
+    /// Name of the symbol in expressions.
     pub name: String,
-    /// Its value without coordinates; it may contain symbols before it.
+    /// Value of the symbol. It contains no coordinates, but may contain symbols before it.
     pub value: Value,
-    /// Whether the value is generic, since the file gives none. Ranks and rules are right with it, numerical results
-    /// have no meaning.
+    /// Whether the value is a substitute because the file gives none. Ranks and rules are correct with it, but numerical
+    /// results have no meaning.
     pub generic: bool,
 }
 
-/// An exact expression in numbers, pi, symbols and coordinates.
+/// An exact expression of numbers, pi, symbols and coordinates.
 ///
-/// A `Number` is the decimal the user wrote: the shortest decimal that reads back as this f64.
+/// A `Number` stands for the decimal that the user wrote: the shortest decimal that is read as this f64.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A decimal.
+    /// A decimal number.
     Number(f64),
     /// The number pi.
     Pi,
-    /// A named constant.
+    /// A symbol: a named constant of the robot.
     Symbol(SymbolId),
-    /// A coordinate: in joint variables only.
+    /// A coordinate. It occurs only in joint variables.
     Coordinate(CoordinateId),
-    /// -a.
+    /// The negative value -a.
     Neg(Box<Value>),
-    /// a + b.
+    /// The sum a + b.
     Add(Box<Value>, Box<Value>),
-    /// a - b.
+    /// The difference a - b.
     Sub(Box<Value>, Box<Value>),
-    /// a b.
+    /// The product a b.
     Mul(Box<Value>, Box<Value>),
-    /// a / b.
+    /// The quotient a / b.
     Div(Box<Value>, Box<Value>),
-    /// Square root.
+    /// The square root of a value.
     Sqrt(Box<Value>),
-    /// Sine of an angle in rad.
+    /// The sine of an angle in rad.
     Sin(Box<Value>),
-    /// Cosine of an angle in rad.
+    /// The cosine of an angle in rad.
     Cos(Box<Value>),
-    /// Angle of the vector (second, first), rad.
+    /// Arc tangent atan2(y, x), rad: y is the first value, x is the second.
     Atan2(Box<Value>, Box<Value>),
 }
 
-/// The meaning of a name in an expression.
+/// The meaning of a name in an expression: a symbol or a coordinate.
 #[derive(Clone, Copy, Debug)]
 pub enum Name {
-    /// A named constant.
+    /// The name stands for a symbol.
     Symbol(SymbolId),
-    /// A coordinate.
+    /// The name stands for a coordinate.
     Coordinate(CoordinateId),
 }
 
@@ -78,13 +78,14 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
-    /// An angle of more than a full turn, rad; `None` where it is smaller, and where it has a symbol, which may be intended.
+    /// The value as an angle, rad, if it exceeds a full turn. `None` if it is smaller, or if it contains a symbol: then a
+    /// large angle may be intended.
     pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
         let angle = self.number(symbols);
         (angle.abs() > 2.0 * PI && !self.has_symbol()).then_some(angle)
     }
 
-    /// The operands of an operation: one or two; none of a number or a name.
+    /// The operands of an operation, one or two. A number and a name have none.
     pub(crate) fn operands(&self) -> impl Iterator<Item = &Value> {
         let (a, b) = match self {
             Value::Number(_) | Value::Pi | Value::Symbol(_) | Value::Coordinate(_) => (None, None),
@@ -96,12 +97,12 @@ impl Value {
         a.into_iter().chain(b).map(Box::as_ref)
     }
 
-    /// Whether it contains a symbol.
+    /// Whether the expression contains a symbol.
     pub fn has_symbol(&self) -> bool {
         matches!(self, Value::Symbol(_)) || self.operands().any(Value::has_symbol)
     }
 
-    /// The f64 of the value; coordinates count as zero.
+    /// The numerical value of the expression. Coordinates count as zero.
     pub fn number(&self, symbols: &[Symbol]) -> f64 {
         let n = |v: &Value| v.number(symbols);
         match self {
@@ -121,14 +122,14 @@ impl Value {
         }
     }
 
-    /// `num/den * pi` with small integers when the expression is such a multiple
-    /// (`5*pi/6`, `-pi`, a symbol with such a definition, zero); `None` otherwise.
+    /// Numerator and denominator if the value is a rational multiple of pi, `num/den * pi`, with small integers (`5*pi/6`,
+    /// `-pi`, zero, a symbol with such a value); otherwise `None`.
     pub fn as_multiple_of_pi(&self, symbols: &[Symbol]) -> Option<(i64, i64)> {
         let (a, b) = self.as_affine_in_pi(symbols)?;
         if b.0 == 0 { Some(a) } else { None }
     }
 
-    /// `a pi + b` with rational a, b, as ((num, den), (num, den)).
+    /// The rational numbers a and b of a value `a pi + b`, each as (num, den); `None` if the value does not have this form.
     fn as_affine_in_pi(&self, symbols: &[Symbol]) -> Option<(Ratio, Ratio)> {
         let f = |v: &Value| v.as_affine_in_pi(symbols);
         match self {
@@ -159,7 +160,7 @@ impl Value {
             }
             Value::Atan2(a, b) => {
                 let ((p, y), (q, x)) = (f(a)?, f(b)?);
-                // Along an axis or a diagonal of the plane.
+                // The vector (x, y) lies along an axis or a diagonal of the plane, so its angle is a multiple of pi/4.
                 let eighths = match (y.0.signum(), x.0.signum()) {
                     _ if p.0 != 0 || q.0 != 0 => return None,
                     (0, 0 | 1) => 0,
@@ -178,17 +179,17 @@ impl Value {
 
 type Ratio = (i64, i64);
 
-/// Bound of the numerator of [`ratio`], so that it is exact in an f64.
+/// Bound of the numerator of [`ratio`]. Below it, the numerator is exact in f64.
 const MAX_RATIO_NUMERATOR: f64 = 1e15;
 
-/// A decimal with at most nine digits after the point, as a fraction; else `None`.
+/// The fraction of a decimal with at most nine digits after the point; `None` for other numbers.
 fn ratio(x: f64) -> Option<Ratio> {
     let scaled = x * 1e9;
     if scaled.abs() > MAX_RATIO_NUMERATOR {
         return None;
     }
     let n = scaled.round();
-    // The decimal itself, not a neighbour: n / 1e9 must be this f64.
+    // The fraction must be the decimal itself and not a neighbour: n / 1e9 must give the same f64.
     if n / 1e9 != x {
         return None;
     }

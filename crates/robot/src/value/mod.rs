@@ -1,4 +1,4 @@
-//! Numbers, symbols and coordinates as the user wrote them, read and written.
+//! Exact expressions of numbers, symbols and coordinates: their parsing and their output as text.
 
 mod affine;
 mod exact;

@@ -1,12 +1,12 @@
-//! The grammar of values.
+//! Parses the expressions of values.
 
 use super::exact::{Name, Value};
 
-/// Reads an expression: numbers, `pi`, names, `+ - * /`, parentheses, `sqrt sin cos atan2`, and
-/// powers `**` (or `^`) whose exponent is a small integer or a half.
+/// Parses an expression: numbers, `pi`, names, `+ - * /`, parentheses, `sqrt sin cos atan2`, and powers `**` (or `^`) whose
+/// exponent is a small integer or a half.
 ///
-/// `name` gives the meaning of an identifier. Fails with one sentence without a place: the
-/// caller knows the file and the line.
+/// `name`: returns the meaning of a name. The error is one sentence without a place, because the caller knows the file
+/// and the line.
 pub fn parse(text: &str, name: &dyn Fn(&str) -> Option<Name>) -> Result<Value, String> {
     let mut p = Parser { rest: text, depth: 0, name };
     let value = p.sum()?;
@@ -14,11 +14,11 @@ pub fn parse(text: &str, name: &dyn Fn(&str) -> Option<Name>) -> Result<Value, S
     if p.rest.is_empty() { Ok(value) } else { Err(format!("unexpected `{}` in `{text}`", p.rest.trim_end())) }
 }
 
-/// Largest depth of nested expressions, to protect the stack.
+/// Largest depth of nested expressions. It prevents a stack overflow.
 const MAX_NESTING_LEVELS: usize = 64;
-/// Largest exponent: a power is expanded to a product.
+/// Largest exponent. A power is expanded to a product.
 const MAX_EXPONENT: f64 = 4.0;
-/// Largest number of operations of such a product.
+/// Largest number of operations of an expanded power.
 const MAX_POWER_OPERATIONS: f64 = 1000.0;
 
 fn operations(value: &Value) -> usize {
@@ -83,7 +83,7 @@ impl Parser<'_> {
 
     fn unnested_factor(&mut self) -> Result<Value, String> {
         if self.take('-') {
-            // Two signs cancel. Otherwise they would be written in parentheses, with twice the depth of nesting.
+            // Two minus signs cancel. Otherwise they would be written with parentheses, which doubles the depth of nesting.
             return Ok(match self.factor()? {
                 Value::Neg(value) => *value,
                 value => Value::Neg(Box::new(value)),
@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// An expression with any number of signs is read, written and read again.
+    /// An expression with any number of signs can be read, written and read again.
     #[test]
     fn signs_cancel() {
         let text = |signs: usize| read(&("-".repeat(signs) + "q1")).unwrap().text(&[], &|_| "q1".into());

@@ -1,9 +1,9 @@
-//! Values and joint variables as text that a user would write; [`crate::value::parse`] reads them back.
+//! Writes values and joint variables as text in the form that a user would write. [`crate::value::parse`] can read it.
 
 use super::affine::Affine;
 use super::exact::{CoordinateId, Symbol, Value};
 
-/// The precedence of an expression.
+/// The precedence of an operation. It determines where parentheses are necessary.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Sum,
@@ -12,7 +12,7 @@ enum Binding {
 }
 
 impl Value {
-    /// The expression as text; `name` gives the names of coordinates.
+    /// The expression as text. `name`: returns the name of a coordinate.
     pub fn text(&self, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String) -> String {
         self.bound_text(symbols, name, Binding::Sum)
     }
@@ -20,7 +20,7 @@ impl Value {
     fn bound_text(&self, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String, within: Binding) -> String {
         use Binding::{Factor, Product, Sum};
         let t = |v: &Value, within| v.bound_text(symbols, name, within);
-        // A minus in front of a product is read as the sign of its first factor.
+        // A minus before a product is read as the sign of the first factor, so no parentheses are needed.
         let left = |v: &Value| match v {
             Value::Neg(_) | Value::Number(_) => t(v, Sum),
             v => t(v, Product),
@@ -49,10 +49,10 @@ impl Value {
 }
 
 impl Affine {
-    /// The variable as text, `q3 - q2 - DEL`; `constant` is added to its own offset.
+    /// The joint variable plus `constant` as text, for example `q3 - q2 - DEL`.
     pub fn text(&self, constant: &Value, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String) -> String {
         let mut text = String::new();
-        // Positive terms first.
+        // Terms with a positive coefficient are written first.
         let ordered = || self.terms.iter().filter(|t| t.1 > 0.0).chain(self.terms.iter().filter(|t| t.1 < 0.0));
         for &(k, c) in ordered() {
             let sign = if c < 0.0 { "-" } else { "+" };

@@ -1,9 +1,9 @@
-//! Sums of sufficient statistics: logs are read once and replaced by triangles.
+//! Sums of sufficient statistics: each log is read once, and its rows are replaced by triangles.
 //!
-//! [W y] of any number of logs is one triangle per joint, and triangles add: R'R = sum_k R_k'R_k [Golub, Van Loan 2013, 12.5].
-//! Standard deviations need the parts of the sum separately. So a small number of logs is stored log by log, and an even smaller
-//! number block by block. These are the replicates of `estimators::block_deviation`. The rows are stored a second time by the
-//! state of their joint (`state_cells`).
+//! [W y] of any number of logs is one triangle per joint, because triangles add: R'R = sum_k R_k'R_k [Golub, Van Loan 2013,
+//! 12.5]. Standard deviations need several separate terms of this sum (the replicates of `block_deviation`). So a small number of
+//! logs is stored log by log, and an even smaller number block by block. The rows are stored a second time, sorted by the state
+//! of their joint (`state_cells`).
 //!
 //! | logs | each log is stored in | by state | replicates |
 //! |---|---|---|---|
@@ -12,12 +12,12 @@
 //! | 16 to 64 | one block | two octaves each | one per log: the standard deviations contain the differences between logs |
 //! | more | 64 groups of logs, selected by the digest of the log | two octaves each | at most 64 |
 //!
-//! Up to 64 logs are a set, sorted by name. Parts that are merged in any partition and order give the same file byte for byte;
-//! the sum is computed on request. Beyond 64 logs, the sum of a group is rounded in the order of the merges. A file has at most
-//! 64 replicates and a line for each log.
+//! Up to 64 logs form a set, sorted by name. The order and grouping of merges do not change the file, byte for byte; the sum is
+//! computed on request. With more than 64 logs, the rounding of a group's sum depends on the order of the merges. A file has at
+//! most 64 replicates and a line for each log.
 //!
-//! A second moment of the scores at a reference solution would be smaller. It is not used, because the solution changes with
-//! every added part, and scores at another solution need third moments of the rows.
+//! A smaller statistic would be the second moment of the scores at a reference solution. It is not used, because every added log
+//! changes the solution, and scores at another solution need third moments of the rows.
 
 use std::collections::BTreeMap;
 
@@ -30,20 +30,20 @@ use crate::settings::Settings;
 use crate::state_cells::StateCells;
 use identification::rows::observation::Observation;
 
-/// Largest number of logs, or groups of logs, that are stored separately.
+/// Greatest number of logs, or groups of logs, that are stored separately.
 pub(crate) const MAX_REPLICATES: usize = 64;
 
-/// A log that could not be used.
+/// A log that could not be used, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FailedLog {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// The reason.
+    /// The reason why it could not be used.
     pub reason: String,
 }
 
-/// The sums over logs of one robot.
+/// Sums over the logs of one robot.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
     settings: Settings,
@@ -52,36 +52,36 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// Sums without a log.
+    /// Empty sums with these settings.
     pub fn new(settings: Settings) -> Accumulator {
         Accumulator { settings, replicates: Vec::new(), failed: Vec::new() }
     }
 
-    /// The sums from a file, with the logs sorted.
+    /// The sums as read from a file; sorts the logs.
     pub(super) fn of(settings: Settings, replicates: Vec<Replicate>, failed: Vec<FailedLog>) -> Accumulator {
         let mut all = Accumulator { settings, replicates, failed };
         all.settle();
         all
     }
 
-    /// The settings that all its logs share.
+    /// The settings that all logs of the sums share.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Its replicates, in the order of their first logs.
+    /// The replicates, in the order of their first logs.
     pub fn replicates(&self) -> &[Replicate] {
         &self.replicates
     }
 
-    /// The sources of its rows, in the order of the names.
+    /// The logs whose rows are in the sums, in the order of their names.
     pub fn logs(&self) -> Vec<&LogAccount> {
         let mut logs: Vec<&LogAccount> = self.replicates.iter().flat_map(|r| &r.logs).collect();
         logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
         logs
     }
 
-    /// Logs that could not be used, in the order of their names.
+    /// The logs that could not be used, in the order of their names.
     pub fn failed(&self) -> &[FailedLog] {
         &self.failed
     }
@@ -92,9 +92,9 @@ impl Accumulator {
         self.settle();
     }
 
-    /// Adds a log. The first log sets the cut-off where the options do not.
+    /// Adds a log. If the options have no cut-off frequency, the first log sets it.
     ///
-    /// Fails with the name of a log that is already included, or has other filter settings.
+    /// Fails if the log is already included, or has other filter settings.
     pub fn add(&mut self, replicate: Replicate) -> Result<(), Error> {
         let mut settings = self.settings.clone();
         settle_cutoff(&mut settings, &replicate.observation);
@@ -103,7 +103,7 @@ impl Accumulator {
 
     /// Adds the logs of other sums.
     ///
-    /// Fails with the differences of the settings, or with the name of a log that is in both; the sums are then unchanged.
+    /// Fails if the settings differ, or if a log is in both sums; then the sums are unchanged.
     pub fn merge(&mut self, other: &Accumulator) -> Result<(), Error> {
         let mut settings = self.settings.clone();
         if self.replicates.is_empty() && settings.options.signal.cutoff.is_none() {
@@ -131,7 +131,7 @@ impl Accumulator {
                 )));
             }
         }
-        // The choice between two names for the columns of a log is independent of the order of merging.
+        // If logs have different names for their columns, the choice is independent of the order of merging.
         let names = [&settings.options.columns, &theirs.options.columns].map(|names| format!("{names:?}"));
         if names[1] < names[0] {
             settings.options.columns = theirs.options.columns;
@@ -143,8 +143,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The triangles of all its logs by replicate block, and the statistics of the joints' motion; `None` without a log. Each
-    /// replicate has its own number, like a log.
+    /// The triangles of all logs, one per block of a replicate and joint, and statistics of the joints' motion. Each replicate
+    /// has its own number, like a log. `None` if there are no logs.
     pub fn observation(&self) -> Option<Observation> {
         let numbered = |(number, replicate): (usize, &Replicate)| {
             let mut observation = replicate.observation.clone();
@@ -157,7 +157,7 @@ impl Accumulator {
         Some(all)
     }
 
-    /// The rows of all its logs by the state of their joint; `None` without a log.
+    /// The rows of all logs, sorted by the state of their joint. `None` if there are no logs.
     pub(super) fn cells(&self) -> Option<StateCells> {
         let mut replicates = self.replicates.iter().map(|r| r.cells.clone());
         let mut all = replicates.next()?;
@@ -165,14 +165,14 @@ impl Accumulator {
         Some(all)
     }
 
-    /// The triangles of faults of all its logs, in at most `groups` groups of neighbours.
+    /// The triangles for tests of faults, merged into at most `groups` groups of neighbouring triangles.
     pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
         let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
         let sum = |some: &[&Triangle]| Triangle::sum(some[0].columns(), some.iter().copied());
         all.chunks(all.len().div_ceil(groups).max(1)).map(sum).collect()
     }
 
-    /// Sorts the logs, and merges their blocks by the table at the top of this file.
+    /// Sorts the logs, and merges their blocks as the table at the top of this file says.
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
         let blocks = match logs {
@@ -198,14 +198,14 @@ impl Accumulator {
             self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
         }
         let found: Vec<String> = self.logs().into_iter().map(|log| log.name.clone()).collect();
-        // A log that was read successfully later has not failed.
+        // Failures of logs that were read successfully later are removed.
         self.failed.retain(|failed| found.binary_search(&failed.name).is_err());
         self.failed.sort();
         self.failed.dedup();
     }
 }
 
-/// Sets the cut-off from the rule, where the options give none.
+/// Sets the cut-off frequency by the rule of the observation, if the options have none.
 fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
     let signal = &mut settings.options.signal;
     if signal.order > 0 && signal.cutoff.is_none() {
@@ -237,7 +237,7 @@ mod tests {
         changed_log(k, |_| ())
     }
 
-    /// Log k with changed torques.
+    /// Log k with torques changed by `change`.
     fn changed_log(k: u64, change: impl FnOnce(&mut States)) -> Replicate {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
@@ -262,8 +262,8 @@ mod tests {
         sums
     }
 
-    /// Four logs with torques that differ by some per cent: the standard deviation of their estimate is that of four draws, not
-    /// that of their blocks.
+    /// Four logs with torques that differ by some per cent: the standard deviation is as large as for four draws, not as for all
+    /// blocks.
     #[test]
     fn what_changes_from_log_to_log_is_in_the_deviation() {
         let scaled = |k: u64| {
@@ -271,7 +271,7 @@ mod tests {
         };
         let (fit, _) = sums((0..4).map(scaled)).fit().unwrap();
         for p in &fit.estimate.parameters[..2] {
-            // Factors with a standard deviation of 0.077: the standard deviation of their mean is half of that.
+            // The factors have a standard deviation of 0.077, so their mean has half of this.
             let share = p.sigma.unwrap() / p.value.unwrap().abs();
             assert!((0.025..0.08).contains(&share), "{p:?}");
         }
@@ -288,12 +288,12 @@ mod tests {
         let wider = (0..3).filter(|&c| with.parameters[c].sigma > without.parameters[c].sigma).count();
         assert!(wider > 0, "{with:?}");
         for (p, exact) in with.parameters.iter().zip(exact) {
-            // Only the largest fault counts, so three standard deviations include it.
+            // Only the largest fault inflates the standard deviation, so three standard deviations include the true value.
             assert!((p.value.unwrap() - exact).abs() < 3.0 * p.sigma.unwrap(), "{p:?} {exact}");
         }
     }
 
-    /// Merges parts of some logs in sequence, with each log in one part, and logs and parts in random order.
+    /// Merges parts of some logs one after the other: each log is in one part, and logs and parts are in random order.
     fn merged(logs: &[Replicate], random: &mut Random) -> Accumulator {
         let mut left: Vec<&Replicate> = logs.iter().collect();
         let mut parts: Vec<Accumulator> = (0..1 + random.index(5)).map(|_| empty()).collect();
@@ -333,7 +333,7 @@ mod tests {
         assert_eq!((a.rows, b.rows), (15_000, 15_000));
         for j in 0..=3 {
             for i in 0..=j {
-                // Some hundred merges, each with a rounding error of the norm of the column.
+                // Tolerance: some hundred merges, each with a rounding error relative to the norm of the column.
                 assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-12 * a.column_norm(j.min(2)).max(a.at(3, 3)));
             }
         }

@@ -1,38 +1,38 @@
-//! The distribution of the difference of two means with separately estimated standard deviations.
+//! The distribution of the difference of two means whose standard deviations were estimated separately.
 //!
-//! The means x_1, x_2 have estimated standard deviations s_1, s_2 of nu_1, nu_2 degrees of freedom. Without a change, a
-//! difference as large as d = x_1 - x_2 has the probability
+//! The means x_1, x_2 have estimated standard deviations s_1, s_2 with nu_1, nu_2 degrees of freedom. If the true means are
+//! equal, a difference as large as d = x_1 - x_2 has the probability
 //!   p = P(|s_1 T_1 + s_2 T_2| > |d|),   T_i of Student's t with nu_i degrees of freedom    [Behrens 1929; Fisher 1935]
-//! This p is conservative where it is not exact [Robinson 1976]. A single t with (s_1^2 + s_2^2)^2 / (s_1^4/nu_1 + s_2^4/nu_2)
-//! degrees of freedom [Welch 1947] is simpler, and accurate at 5 %. In the far tail it is not, because its degrees of freedom
-//! come from the same s as the standard deviation. Where s_1 is small by chance, d / s is large, and s_2 with its many degrees of
-//! freedom seems to dominate; the tail is then underestimated where it matters. At 13 and 60 degrees of freedom and s_1^2 = 4
-//! s_2^2, twice the expected number of 500 robots is reported as changed. The test below shows the effect.
+//! This p is exact or conservative [Robinson 1976]. A single t with (s_1^2 + s_2^2)^2 / (s_1^4/nu_1 + s_2^4/nu_2) degrees of
+//! freedom [Welch 1947] is simpler and accurate at 5 %, but not in the far tail, because its degrees of freedom come from the
+//! same s as the standard deviation. If s_1 is small by chance, d / s is large, and s_2 with its many degrees of freedom seems to
+//! dominate; then the tail is underestimated. With 13 and 60 degrees of freedom and s_1^2 = 4 s_2^2, this reports twice the
+//! expected number of 500 robots as changed. The test below shows the effect.
 //!
-//! With |s_2| <= |s_1|, t = |d|, and S(., nu) one tail of Student's t, by the symmetry of T_2,
+//! Let |s_2| <= |s_1|, t = |d|, and S(., nu) one tail of Student's t. By the symmetry of T_2,
 //!   p = 2 int f(u) S((t - s_2 u) / s_1, nu_1) du,   u = sqrt(nu_2) sinh x,   f(u) du = C cosh(x)^-nu_2 dx
 //! The integrand decreases exponentially and is smooth, so the trapezoidal rule converges exponentially.
 
 use numerics::student::two_sided;
 
-/// The density f is neglected below this share of its centre. The smallest significant p is larger.
+/// The density f is neglected if it is below this share of its centre value, which is smaller than any significant p.
 const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
 
-/// Largest step of x.
+/// Greatest step of x.
 const LARGEST_STEP: f64 = 0.05;
-/// Largest step of x in standard deviations, which are 1 / sqrt(nu). A step of h standard deviations integrates a normal density
-/// with an error of exp(-2 pi^2 / h^2). A difference of thirty standard deviations with one degree of freedom has a relative
-/// error of 1/300.
+/// Greatest step of x in its standard deviations, 1 / sqrt(nu). With steps of h standard deviations, the integral of a normal
+/// density has an error of exp(-2 pi^2 / h^2). A difference of thirty standard deviations with one degree of freedom has a
+/// relative error of 1/300.
 const LARGEST_STEP_SIGMAS: f64 = 0.5;
-/// Degrees of freedom of T_2, at most: with more it equals a normal variable for all practical purposes.
+/// Greatest number of degrees of freedom of T_2; above it T_2 counts as a normal variable.
 const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
-/// Least number of degrees of freedom: with fewer the density is too wide for the integration.
+/// Least number of degrees of freedom; below it the density is too wide for the integration.
 const MIN_DEGREES_OF_FREEDOM: f64 = 0.5;
 
-/// The standard deviation of a number, with its degrees of freedom.
+/// An estimated standard deviation with its degrees of freedom.
 pub(crate) type Estimated = (f64, f64);
 
-/// The probability that |s_1 T_1 + s_2 T_2| exceeds `difference`; 1 where a standard deviation has no degree of freedom.
+/// The probability that |s_1 T_1 + s_2 T_2| exceeds `difference`. 1 if a standard deviation has no degrees of freedom.
 pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -> f64 {
     let (large, small) = if one.0 >= other.0 { (one, other) } else { (other, one) };
     let t = difference.abs();
@@ -45,7 +45,7 @@ pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estim
     if !(large.1 >= MIN_DEGREES_OF_FREEDOM && small.1 >= MIN_DEGREES_OF_FREEDOM) {
         return 1.0;
     }
-    // With more degrees of freedom T_2 cannot be distinguished from a normal variable.
+    // Above this number of degrees of freedom T_2 cannot be distinguished from a normal variable.
     let freedom = small.1.min(MAX_DEGREES_OF_FREEDOM);
     let step = LARGEST_STEP.min(LARGEST_STEP_SIGMAS / freedom.sqrt());
     let end = (-NEGLIGIBLE_DENSITY_SHARE.ln() / freedom).exp().acosh();
@@ -59,7 +59,7 @@ pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estim
         sum += density * if reached > 0.0 { beyond } else { 1.0 - beyond };
         mass += density;
     }
-    // The same steps integrate the density to one, so C cancels.
+    // The same steps integrate the density alone to `mass`, so the constant C cancels.
     (2.0 * sum / mass).min(1.0)
 }
 
@@ -68,18 +68,18 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// With one degree of freedom each, the sum of two Cauchy variables is a Cauchy variable with the sum of their scales. With
-    /// many, the sum is normal.
+    /// With one degree of freedom each, the sum of two Cauchy variables is a Cauchy variable with the sum of the scales. With
+    /// many degrees of freedom the sum is normal.
     #[test]
     fn closed_forms() {
         for (t, one, other) in [(3.0, 0.8, 0.6), (30.0, 0.6, 0.8), (0.2, 1.0, 0.01), (5.0, 1.0, 1.0)] {
             let p = two_sided_difference(t, (one, 1.0), (other, 1.0));
             let error = (p / two_sided(t / (one + other), 1.0) - 1.0).abs();
-            // S changes over a width of s_1 / t in x; steps of 0.05 resolve it less accurately in the far tail.
+            // S changes over a width of s_1 / t in x, so steps of 0.05 resolve it less accurately in the far tail.
             assert!(error < if t > 10.0 { 3e-3 } else { 1e-5 }, "{t}: {p}");
             let p = two_sided_difference(t, (one, 1e9), (other, 1e9));
             let normal = two_sided(t / f64::hypot(one, other), 1e9);
-            // Degrees of freedom above 1e5 count as 1e5; that tail is larger by t^4 / 4e5 at most.
+            // Degrees of freedom above 1e5 count as 1e5; this increases the tail by a factor of at most 1 + t^4 / 4e5.
             assert!((p / normal - 1.0).abs() < 1e-3 || normal < 1e-30, "{t}: {p} {normal}");
         }
         let alone = two_sided_difference(-4.0, (1.0, 7.0), (1e-9, 3.0));
@@ -93,7 +93,8 @@ mod tests {
         assert_eq!(two_sided_difference(0.0, (1.0, 5.0), (1.0, 5.0)), 1.0);
     }
 
-    /// A few logs against many: one in a thousand stays one in a thousand, where Welch's degrees of freedom give three.
+    /// A few logs against many: at a level of one in a thousand, the share of rejections stays one in a thousand; Welch's is
+    /// three.
     #[test]
     fn the_tail_is_held() {
         let mut random = Random::new(12);
@@ -106,7 +107,7 @@ mod tests {
         for _ in 0..draws {
             let ((a, s), (b, r)) = (deviation(0.8, 6), deviation(0.2, 60));
             let (d, sigma) = ((a - b).abs(), f64::hypot(s, r));
-            // The quantile of the normal distribution, which has the smallest tail, is 3.29 at one in a thousand.
+            // The normal distribution has the smallest tail; its quantile at one in a thousand is 3.29.
             if d < 3.2 * sigma {
                 continue;
             }
@@ -114,7 +115,8 @@ mod tests {
             let freedom = sigma.powi(4) / (s.powi(4) / 6.0 + r.powi(4) / 60.0);
             welch += i32::from(two_sided(d / sigma, freedom) < level);
         }
-        // 200 are expected, with a standard deviation of 14, and three of those are allowed. Fewer are conservative.
+        // 200 are expected, with a standard deviation of 14; the upper limit is three standard deviations. Fewer are
+        // conservative.
         assert!((60..243).contains(&held), "{held}");
         assert!(welch > 300, "{welch}");
     }

@@ -1,23 +1,23 @@
-//! Standard deviations by the jackknife that omits one block of the data at a time.
+//! Standard deviations by the jackknife, which omits one block of the data at a time.
 //!
 //! Residuals that persist for some time, in one joint or in several together, are correlated within a block and not between
 //! blocks. With fixed weights by joint, the solution without block g and the variance are
 //!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
 //!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g
-//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where only a few blocks determine a parameter, the estimate of its
-//! variance is as uncertain as if there were only those blocks. With pi_g the share of block g in the information on the
-//! parameter, its degrees of freedom are
+//! [Miller 1974; Kunsch 1989, for blocks of a series]. If only a few blocks determine a parameter, the estimate of its variance
+//! is as uncertain as if there were only these few blocks. pi_g: share of block g in the information on the parameter. The
+//! degrees of freedom of the variance are
 //!   nu_c = 1 / sum_g pi_g^2 - 1,   pi_g = (A^-1 A_g A^-1)_cc / (A^-1)_cc       [Satterthwaite 1946]
-//! which is G - 1 where all blocks contribute equally. Everything follows from the triangles of the blocks, so sums over many
+//! which is G - 1 if all blocks contribute equally. Everything follows from the triangles of the blocks, so sums over many
 //! logs have standard deviations without a second pass over their rows. Differences between logs (temperature) are in the
-//! standard deviations where a block is a log.
+//! standard deviations if a block is a log.
 //!
 //! | symbol | code | shape |
 //! |---|---|---|
 //! | A_g, s_g | `clusters::Cluster` | p x p, p |
 //! | G | `blocks` | |
 //!
-//! Not here: correlation across the ends of blocks, which `correlated_deviation` includes, from the rows.
+//! Not here: correlation across the ends of blocks; `correlated_deviation` includes it, but needs the rows.
 
 use numerics::least_squares::Solution;
 use numerics::triangle::Triangle;
@@ -28,19 +28,19 @@ use identification::rows::observation::weighted;
 /// Standard deviations by the jackknife.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockDeviation {
-    /// Standard deviations, one per parameter, in its unit; zero with fewer than two blocks.
+    /// Standard deviation of each parameter, in the unit of the parameter; zero if there are fewer than two blocks.
     pub sigma: Vec<f64>,
-    /// Degrees of freedom of each; zero where a single block determines the parameter.
+    /// Degrees of freedom of each standard deviation; zero if a single block determines the parameter.
     pub freedom: Vec<f64>,
     /// Number of blocks with rows.
     pub blocks: usize,
 }
 
-/// Where the omitted block alone determines a parameter, the parameter is regularised with this share of the norm of its column.
-/// Directions of a condition number of a thousand are a hundred times stronger.
+/// If the omitted block alone determines a parameter, the parameter is regularised with this share of the norm of its column.
+/// This is a hundred times weaker than directions of a condition number of a thousand.
 const REGULARISATION_SHARE: f64 = 1e-5;
 
-/// Standard deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
+/// Standard deviations of a solution from the triangles `parts[g][j]` of block g and joint j, and the weights by joint.
 pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
     let p = solution.x.len();
     let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
@@ -50,7 +50,7 @@ pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution
     for (cluster, shares) in
         clusters.iter().zip(whole.information_shares(&clusters, REGULARISATION_SHARE * REGULARISATION_SHARE))
     {
-        // Regularised, the matrix is positive definite; a block with NaN is skipped.
+        // The regularised matrix is positive definite; only a block with NaN is skipped.
         let Some(moved) = whole.moved(cluster, 1.0, REGULARISATION_SHARE * REGULARISATION_SHARE) else { continue };
         squares.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * share);
         variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
@@ -89,7 +89,7 @@ mod tests {
         for c in 0..3 {
             let without = |g: usize| solve(&weighted(&observation.joints(|k| k != g), &weights)).x[c] - solution.x[c];
             let variance: f64 = 7.0 / 8.0 * (0..8).map(|g| without(g).powi(2)).sum::<f64>();
-            // Products of columns keep half of the digits, and the columns are well conditioned.
+            // Tolerance: products of columns keep half of the digits; the columns are well conditioned.
             assert!((found.sigma[c] / variance.sqrt() - 1.0).abs() < 1e-6, "{c}");
         }
     }
@@ -113,7 +113,7 @@ mod tests {
                 let half = |c: usize| two_sided_quantile(0.05, found.freedom[c]) * found.sigma[c];
                 covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
-            // 95 % are expected, and 600 draws have a standard deviation of 1 %, of which three are allowed. Correlation across
+            // 95 % are expected; 600 draws have a standard deviation of 1 %, and the limit is three of these. Correlation across
             // the ends of blocks is not included.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
         }
@@ -133,9 +133,9 @@ mod tests {
         let found = block_deviation(&observation.parts, &weights, &solution);
         let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
-        // With eight blocks a standard deviation has an uncertainty of a quarter; a factor of two is beyond that.
+        // With eight blocks a standard deviation has a relative uncertainty of a quarter; the limits are wider.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
-        // The first block alone determines ZZ; all blocks determine the other parameters equally well.
+        // Only the first block determines ZZ; all blocks determine the other parameters equally well.
         assert!(found.freedom[0] < 0.1 && found.freedom[1] > 5.0 && found.freedom[1] <= 7.0, "{found:?}");
         let one = block_deviation(&observation.parts[..1], &weights, &solution);
         assert_eq!((one.sigma, one.blocks), (vec![0.0; 3], 1));

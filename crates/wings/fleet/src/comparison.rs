@@ -1,10 +1,10 @@
-//! Changes of parameters of robots, or of one robot from day to day, with respect to a reference.
+//! Compares the parameters of robots, or of one robot on several days, with a reference.
 //!
-//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each sigma is
-//! the larger of the standard deviation from white noise and the one between replicates, with its own degrees of freedom.
-//! `crate::behrens_fisher` gives the probability of d_c without a change. The tests of all parameters and robots are combined
-//! (`false_discovery`). Only parameters that are determined in both are compared; parameters that are undetermined in one are
-//! listed.
+//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the two sums contain different logs. Each
+//! sigma is the larger of two standard deviations: from white noise, and between replicates, with their own degrees of freedom.
+//! `crate::behrens_fisher` gives the probability of a difference as large as d_c without a change. The tests of all parameters
+//! and robots are combined (`false_discovery`). Only parameters that both sums determine are compared; parameters that are
+//! undetermined in one are listed.
 
 use std::fmt;
 
@@ -19,15 +19,15 @@ use crate::accumulator::Accumulator;
 use crate::false_discovery::families;
 use crate::solution::Solved;
 
-/// The parameters that are tested. Each test costs power: the rate is controlled over all tests.
+/// Which parameters are tested. Each test costs power, because the false discovery rate is controlled over all tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compared {
-    /// All parameters that are determined in both.
+    /// All parameters that both sums determine.
     #[default]
     All,
-    /// Parameters of bodies and rotors. Friction and offsets, which change with temperature and from day to day, are fitted and
-    /// not tested.
+    /// Only parameters of bodies and rotors. Friction and offsets change with temperature and from day to day, so they are fitted
+    /// but not tested.
     Inertial,
 }
 
@@ -37,72 +37,73 @@ impl Compared {
     }
 }
 
-/// Comparison of robots with a reference.
+/// The result of a comparison of robots with a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
     /// Name of the robot's model.
     pub model: String,
-    /// The reference, as named by the user.
+    /// Name of the reference, as given by the user.
     pub reference: String,
-    /// The parameters that were tested.
+    /// Which parameters were tested.
     #[serde(default)]
     pub of: Compared,
-    /// False discovery rate that is controlled over the robots, and over the parameters of the changed ones.
+    /// False discovery rate that is controlled over the robots, and over the parameters of the robots that changed.
     pub rate: f64,
-    /// The robots, in the order given.
+    /// The results of the robots, in the order given.
     pub robots: Vec<ComparedRobot>,
-    /// Whether the checksum of the file that it was read from matches.
+    /// Whether the checksum in the file matches its contents.
     #[serde(skip)]
     pub seal: Checksum,
 }
 
-/// Comparison of one robot with the reference.
+/// The result of one robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ComparedRobot {
-    /// The robot, as named by the user.
+    /// Name of the robot, as given by the user.
     pub name: String,
-    /// Whether it changed.
+    /// Whether the robot changed significantly.
     pub changed: bool,
-    /// The smallest rate at which it is reported as changed.
+    /// The smallest false discovery rate at which the robot is reported as changed.
     pub adjusted: f64,
-    /// The parameters that are determined in both, in the order of the columns.
+    /// Differences of the parameters that both sums determine, in the order of the columns.
     pub parameters: Vec<Difference>,
-    /// Parameters that are undetermined in one of the two.
+    /// Parameters that are undetermined in one of the two sums.
     pub open: Vec<ParameterId>,
 }
 
-/// Comparison of one parameter of one robot with the reference.
+/// The difference of one parameter between a robot and the reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
     /// The parameter.
     pub name: ParameterId,
-    /// SI unit of the numbers.
+    /// SI unit of the three values below.
     pub unit: Unit,
-    /// Its value in the reference.
+    /// Value of the parameter in the reference.
     pub reference: f64,
-    /// Its value minus the value in the reference.
+    /// Value of the robot minus value of the reference.
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
-    /// Probability of a difference as large without a change.
+    /// p-value: probability of a difference at least as large without a change.
     pub p: f64,
-    /// Whether it changed.
+    /// Whether the parameter changed significantly.
     pub moved: bool,
 }
 
 impl Difference {
-    /// The difference in standard deviations.
+    /// The difference in units of its standard deviation; 0 if that is zero.
     pub fn deviations(&self) -> f64 {
         if self.sigma > 0.0 { self.difference / self.sigma } else { 0.0 }
     }
 }
 
-/// Compares the parameters `of` robots, by name, with the reference; `rate`: the false discovery rate to be controlled.
+/// Compares the parameters `of` the robots with the reference (name and sums each). `rate`: the false discovery rate to be
+/// controlled.
 ///
-/// Fails with the differences of the settings of two sums, where two contain the same log, and where one cannot be solved.
+/// Fails if the settings of two sums differ, if two sums contain the same log, or if a sum cannot be solved.
 pub fn compare(
     reference: (&str, &Accumulator),
     robots: &[(&str, &Accumulator)],
@@ -129,14 +130,14 @@ pub fn compare(
     Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, seal: Checksum::Whole })
 }
 
-/// A robot and its reference.
+/// A robot and its reference, each with its name.
 struct Pair<'a> {
     ours: (&'a str, &'a Accumulator),
     theirs: (&'a str, &'a Accumulator),
 }
 
 impl Pair<'_> {
-    /// Refuses sums with different settings, and a log on both sides.
+    /// Fails if the two sums have different settings, or contain the same log.
     fn check(&self) -> Result<(), Error> {
         let [(ours, a), (theirs, b)] = [self.ours, self.theirs];
         let differences = a.settings().differences(b.settings());
@@ -169,7 +170,7 @@ impl Pair<'_> {
             }
             let (one, other) = (sigma[0][c], sigma[1][c]);
             let difference = a.solution.x[c] - b.solution.x[c];
-            // Without noise, a difference by rounding is no change, and p is 1.
+            // Without noise, a difference of the size of rounding is no change; then p is 1.
             let p = two_sided_difference(difference, (one, a.freedom(c)), (other, b.freedom(c)));
             parameters.push(Difference {
                 name: column.name.clone(),
@@ -186,17 +187,17 @@ impl Pair<'_> {
 }
 
 impl Comparison {
-    /// Number of robots that changed.
+    /// Number of robots that changed significantly.
     pub fn changed(&self) -> usize {
         self.robots.iter().filter(|robot| robot.changed).count()
     }
 
-    /// The text of comparison.yaml.
+    /// Writes the comparison as the text of comparison.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         artefact::write(ArtefactKind::Comparison, self.seal, self).map_err(Error::new)
     }
 
-    /// Reads comparison.yaml; fails with the line that does not belong to a comparison.
+    /// Reads comparison.yaml; fails with the first line that does not belong to a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
         let comparison: Comparison =
             artefact::read(ArtefactKind::Comparison, text).map_err(|e| Error::at(file, 0, e))?;
@@ -204,7 +205,7 @@ impl Comparison {
     }
 }
 
-/// Unchanged robots are listed up to this number, and counted beyond.
+/// Greatest number of unchanged robots that are listed by name; of more robots only the number is given.
 const MAX_NAMED_ROBOTS: usize = 8;
 
 impl fmt::Display for Comparison {
@@ -251,7 +252,7 @@ impl fmt::Display for ComparedRobot {
 }
 
 impl ComparedRobot {
-    /// The table of the changed parameters, the largest deviations first.
+    /// Writes a table of the changed parameters, the largest deviations first.
     fn write_moved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut moved: Vec<(&Difference, String)> =
             self.parameters.iter().filter(|d| d.moved).map(|d| (d, d.name.to_string())).collect();
@@ -288,12 +289,12 @@ mod tests {
 
     use crate::state_cells::StateCells;
 
-    /// Sums over one log of a pendulum with an MX that is larger by `more`.
+    /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {
         with_friction(seed, more, 0.0)
     }
 
-    /// Sums over one log with viscous friction that is larger by `viscous`, fitted where there is some.
+    /// Sums over one log with viscous friction that is larger by `viscous`; friction is fitted if it is not zero.
     fn with_friction(seed: u64, more: f64, viscous: f64) -> Accumulator {
         let arm = Pendulum::new();
         let friction = if viscous == 0.0 { Vec::new() } else { FrictionTerm::STANDARD.to_vec() };
@@ -320,8 +321,8 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // 0.1 N m over 9.81 m/s^2 and the root of five hundred rows is a standard deviation of 0.0005 kg m; four of them are
-        // allowed.
+        // A noise of 0.1 N m, divided by 9.81 m/s^2 and the root of five hundred rows, is a standard deviation of 0.0005 kg m;
+        // the limit is four of these.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }

@@ -1,13 +1,13 @@
-//! Wing: more logs than fit on one machine, as sums of sufficient statistics, and the changes between two sums.
+//! Wing for fleets: more logs than fit on one machine, as sums of sufficient statistics, and changes between two sums.
 //!
-//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates of equal [`Settings`](settings::Settings) become an
-//! [`Accumulator`], which is written ([`tri_file`]), merged, solved ([`solution`]) and compared with others ([`comparison`]). The
-//! rows are not needed again. Not here, because they need the rows twice: robust weights, the search for a delay, a friction
-//! model or drive gains, autocorrelation of residuals from sample to sample.
+//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates with equal [`Settings`](settings::Settings) become
+//! an [`Accumulator`], which can be written ([`tri_file`]), merged, solved ([`solution`]) and compared with others
+//! ([`comparison`]). The rows are not needed again. Therefore methods that need the rows twice are not here: robust weights, the
+//! search for a delay, for a friction model or for drive gains, and autocorrelation of residuals from sample to sample.
 //!
 //! Interfaces of the core for this wing: `identification` provides the rows of a log as triangles by joint
 //! (`rows::observation::Observation`), fits triangles of any logs (`estimators`, `estimate::identify`), and accepts replicates of
-//! sums in place of blocks of rows (`estimators::replicate_deviation`); `rist` has the request table and the verdict.
+//! sums in place of blocks of rows (`estimators::replicate_deviation`). `rist` has the request table and the verdict.
 
 #![warn(missing_docs)]
 

@@ -1,7 +1,7 @@
-//! One log as triangles: blocks of its rows, their sources, and statistics of the joints' motion.
+//! One log as triangles: blocks of its rows, data on the log, and statistics of the joints' motion.
 //!
-//! A log is stored in `MAX_BLOCKS_PER_LOG` blocks, which are merged as more logs are added (`accumulator`). Neighbouring blocks
-//! are merged four at a time. So a log with four blocks is the same bit for bit, whenever its blocks were merged.
+//! A log is stored in `MAX_BLOCKS_PER_LOG` blocks. As more logs are added, four neighbouring blocks are merged at a time
+//! (`accumulator`). So a log with four blocks is the same, bit for bit, at whatever time its blocks were merged.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
@@ -14,28 +14,28 @@ use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::{Observation, sum_by_joint};
 use identification::signals::records::{Records, SourceRecords};
 
-/// Largest number of blocks of one log.
+/// Greatest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
 
-/// Largest number of segments of one log for the hypotheses.
+/// Greatest number of segments of one log for the tests of hypotheses.
 pub(super) const MAX_FAULT_PARTS_PER_LOG: usize = 8;
 
-/// Number of blocks that are merged into one.
+/// Number of neighbouring blocks that are merged into one.
 const BLOCKS_PER_FOLD: usize = 4;
 
-/// The source of the rows of one log.
+/// Data on one log whose rows are in the sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogAccount {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// Digest of its samples; it identifies the log under another name.
+    /// Digest of the samples; it recognises the log under another name.
     pub digest: String,
-    /// Rows of the file.
+    /// Number of rows of the file.
     pub rows: usize,
-    /// Rows with finite values and an advancing clock.
+    /// Number of rows with finite values and increasing time.
     pub kept: usize,
-    /// Samples after the filter, the removal of the ends and the decimation.
+    /// Number of samples after the filter, the removal of the ends and the decimation.
     pub samples: usize,
     /// Time from the first row to the last, s.
     pub duration: f64,
@@ -43,25 +43,24 @@ pub struct LogAccount {
     pub period: f64,
 }
 
-/// One or more logs with correlated residuals, usually one.
+/// Usually one log; or several logs that are treated as one unit because their residuals may be correlated.
 #[derive(Clone, Debug)]
 pub struct Replicate {
-    /// Its logs, in the order of their names.
+    /// Data on the logs, in the order of their names.
     pub logs: Vec<LogAccount>,
-    /// The triangles by block and joint, and statistics of the joints' motion.
+    /// The triangles of each block and joint, and statistics of the joints' motion.
     pub observation: Observation,
-    /// The rows by the state of their joint.
+    /// The rows, sorted by the state of their joint.
     pub cells: StateCells,
-    /// Some of the rows with the columns of the hypotheses, weighted like a fit to this log alone, by segment of the log; none
-    /// where nothing is tested.
+    /// Triangles of some of the rows with the columns of the hypotheses, one per segment of the log; weighted by a fit to this
+    /// log alone. Empty if no hypothesis is tested.
     pub faults: Vec<Triangle>,
 }
 
 impl Replicate {
-    /// The replicate of the records of one log.
+    /// Makes the replicate of the records of one log.
     ///
-    /// `open`: properties of its mechanics that are undetermined in addition to the parameters. Fails when the records cannot be
-    /// read.
+    /// `open`: mechanical properties that are undetermined in addition to the parameters. Fails if the records cannot be read.
     pub fn of(
         model: &Model,
         log: &LogSource,
@@ -71,7 +70,7 @@ impl Replicate {
         let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
         let mut cells = StateCells::new(model);
         records.each(&mut |states| {
-            // Each record adds its own blocks, which are merged below.
+            // Each record adds blocks, which are merged below.
             let one = Observation::of(model, states, MAX_BLOCKS_PER_LOG);
             samples += states.len();
             cells.add(model, states);
@@ -96,19 +95,19 @@ impl Replicate {
             duration: report.clock.duration,
             period: report.clock.period,
         };
-        // Faults are weighted by a fit to this log alone, since the sums have no rows.
+        // The rows for tests of faults are weighted by a fit to this log alone, because the sums have no rows.
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let point = FitPoint { x: &solution.x, weights: &weights, robust: None };
         let faults = of_hypotheses(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
         Ok(Replicate { logs: vec![account], observation, cells, faults })
     }
 
-    /// The name and the digest by which replicates are sorted.
+    /// Name and digest of the first log; replicates are sorted by this key.
     pub fn key(&self) -> Option<(&str, &str)> {
         self.logs.first().map(|log| (log.name.as_str(), log.digest.as_str()))
     }
 
-    /// Merges its blocks until at most `blocks` remain.
+    /// Merges neighbouring blocks until at most `blocks` remain.
     pub(crate) fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
@@ -124,7 +123,7 @@ impl Replicate {
         });
     }
 
-    /// Adds the rows of another replicate to its one block.
+    /// Adds the rows of another replicate to the single block of this one.
     pub fn absorb(&mut self, mut other: Replicate) {
         self.logs.append(&mut other.logs);
         self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
@@ -137,38 +136,38 @@ impl Replicate {
     }
 }
 
-/// Merges four neighbouring triangles at a time.
+/// Merges four neighbouring triangles into one, along the whole list.
 fn fold_faults(parts: &mut Vec<Triangle>) {
     *parts = parts.chunks(BLOCKS_PER_FOLD).map(|some| Triangle::sum(some[0].columns(), some)).collect();
 }
 
-/// Merges `together` neighbouring blocks at a time.
+/// Merges `together` neighbouring blocks into one, along the whole list.
 fn fold(observation: &mut Observation, together: usize) {
     observation.parts = observation.parts.chunks(together.max(2)).map(sum_by_joint).collect();
     observation.log_of.truncate(observation.parts.len());
 }
 
-/// A hash like FNV-1a that processes a word at a time and rotates.
+/// A hash similar to FNV-1a, but it processes a word at a time and rotates.
 #[derive(Clone, Copy)]
 pub struct Digest(pub u64);
 
 impl Digest {
-    /// The digest of no words.
+    /// The digest before any words.
     pub const EMPTY: Digest = Digest(0xcbf2_9ce4_8422_2325);
 
-    /// The digest with one more word.
+    /// The digest after one more word.
     pub fn word(self, word: u64) -> Digest {
         Digest((self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29))
     }
 
-    /// The digest with these bytes and their number.
+    /// The digest after these bytes and their number.
     pub fn bytes(self, bytes: &[u8]) -> Digest {
         let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
         bytes.chunks(8).fold(self, |digest, chunk| digest.word(word(chunk))).word(bytes.len() as u64)
     }
 }
 
-/// Digest of the samples of a log: times, positions, velocities, efforts.
+/// Digest of all samples of a log: times, positions, velocities, efforts.
 fn digest(log: &LogSource) -> Result<u64, Error> {
     let mut digest = Digest::EMPTY;
     let mut add = |part: &Log| {
@@ -185,10 +184,10 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
     Ok(digest.0)
 }
 
-/// The triangles of the hypotheses: one per segment of a record, of its rows with a fit to it alone. Empty where there is no
-/// hypothesis.
+/// The triangles for tests of hypotheses: one per segment of a record, with the weights of a fit to this log alone. Empty if
+/// there are no hypotheses.
 ///
-/// Fails when a record cannot be read.
+/// Fails if a record cannot be read.
 pub(crate) fn of_hypotheses<R: Records + ?Sized>(
     model: &Model,
     records: &R,

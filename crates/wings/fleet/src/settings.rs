@@ -1,8 +1,8 @@
-//! The settings that sums must share to be added: robot, columns, filter, friction, transmission.
+//! The settings that two sums must share to be added: robot, columns, filter, friction, transmission.
 //!
-//! Triangles contain numbers only. The settings define their meaning: the columns by name and unit, the model by its fingerprint
-//! (which covers geometry and gravity), and every option that affects a row. The names of the columns in the logs may differ,
-//! because two recorders may name one signal differently.
+//! Triangles contain only numbers. The settings define their meaning: names and units of the columns, the fingerprint of the
+//! model (which covers geometry and gravity), and every option that affects a row. Only the names of the columns in the logs may
+//! differ, because two recorders may use different names for one signal.
 
 use linear_model::description_options::DescriptionOptions;
 use linear_model::friction::terms::columns_before;
@@ -22,28 +22,29 @@ use identification::estimators::weighted::Weights;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The robot, by name and fingerprint.
+    /// Name and fingerprint of the robot model.
     pub model: ModelReference,
-    /// Options for reading the description, where they are not the defaults.
+    /// Options for reading the description; `None`: the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
-    /// Coordinates, in the order of the triangles.
+    /// The coordinates, in the order of the triangles.
     pub coordinates: Vec<Axis>,
     /// Columns of the triangles in order: base parameters, friction, couplings.
     pub columns: Vec<TriangleColumn>,
     /// The options of the identification.
     pub options: Options,
-    /// Hypotheses, in the order of the columns after the parameters, in the triangles of faults.
+    /// The tested hypotheses, in the order of their columns, which follow the columns of the parameters in the triangles of
+    /// faults.
     pub hypotheses: Vec<Hypothesis>,
 }
 
-/// A coordinate.
+/// A coordinate of the robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
-    /// Name in the description.
+    /// Name of the coordinate in the description.
     pub name: String,
-    /// Whether it is a length.
+    /// Whether the coordinate is a length (prismatic joint).
     pub slides: bool,
 }
 
@@ -53,11 +54,11 @@ pub struct Axis {
 pub struct TriangleColumn {
     /// The parameter.
     pub name: ParameterId,
-    /// SI unit of its value.
+    /// SI unit of the parameter's value.
     pub unit: Unit,
-    /// The coordinates that it acts on, counted from 0.
+    /// Indices of the coordinates whose torque depends on the parameter, from 0.
     pub moves_with: Vec<usize>,
-    /// Whether its joint slides.
+    /// Whether the joint of the parameter is prismatic.
     pub slides: bool,
 }
 
@@ -73,9 +74,9 @@ impl From<&Parameter> for TriangleColumn {
 }
 
 impl Settings {
-    /// The settings of a robot and of the options of an identification.
+    /// Makes the settings of a robot and of the options of an identification.
     ///
-    /// Fails where an option needs the rows twice.
+    /// Fails if an option needs the rows twice.
     pub fn new(
         regressor: &dyn Regressor,
         model: ModelReference,
@@ -101,7 +102,7 @@ impl Settings {
         Ok(Settings { model, description, coordinates, columns, options, hypotheses })
     }
 
-    /// The differences from other settings, one phrase each; empty where both sums can be added.
+    /// The differences from other settings, one phrase each. Empty if the two sums can be added.
     pub fn differences(&self, other: &Settings) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: String, theirs: String| {
@@ -124,7 +125,7 @@ impl Settings {
         compare("friction", shown(&ours.friction), shown(&theirs.friction));
         compare("base parameters of the load", shown(&ours.friction_load), shown(&theirs.friction_load));
         compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
-        // The cut-off and the decimation have their own phrases above.
+        // The cut-off frequency and the decimation have their own phrases above.
         let rest = |options: &Options| {
             let mut signal = options.signal.clone();
             (signal.cutoff, signal.decimate) = (None, None);
@@ -135,7 +136,7 @@ impl Settings {
         if found.is_empty() && self.hypotheses != other.hypotheses {
             found.push("the faults that were looked for differ".into());
         }
-        // Equal settings give equal columns; where they do not, the files were made by different versions.
+        // Equal settings give equal columns; if they do not, the files come from different versions of the program.
         if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
             let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
             found.push(match odd {
@@ -146,12 +147,12 @@ impl Settings {
         found
     }
 
-    /// The columns as a regressor without values.
+    /// The columns as a regressor that cannot compute values.
     ///
-    /// Fails where the columns do not agree with the friction and the couplings of the options.
+    /// Fails if the columns do not agree with the friction and the couplings in the options.
     pub(crate) fn columns_alone(&self) -> Result<ColumnsOnly, Error> {
         let options = &self.options;
-        // Base parameters come first, then friction and couplings; the options determine their number.
+        // Base parameters come first, then friction and couplings. The options determine the number of the last two.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
         let others = friction + couplings.iter().map(|c| c.parameters().len()).sum::<usize>();
@@ -171,14 +172,14 @@ impl Settings {
             slides: self.coordinates.iter().map(|axis| axis.slides).collect(),
             parameters: self.columns[..base].iter().map(parameter).collect::<Result<_, _>>()?,
         };
-        // The indices in a file may exceed its coordinates.
+        // Indices in a file may be too large for its number of coordinates.
         let is_inside = |c: &TriangleColumn| c.moves_with.iter().all(|&k| k < n);
         let is_motor = couplings.iter().all(|c| c.rows().all(|k| k < n));
         let is_tested = self.hypotheses.iter().all(|hypothesis| hypothesis.is_of(n));
         if !is_motor || !is_tested || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }
-        // The columns from these options must equal the columns of the file, one by one.
+        // The columns that follow from these options must equal the columns in the file, one by one.
         let model = Model::new(&alone, &options.friction, &couplings);
         match model.parameters.iter().map(TriangleColumn::from).eq(self.columns.iter().cloned()) {
             true => Ok(alone),
@@ -187,12 +188,12 @@ impl Settings {
     }
 }
 
-/// A value as one line for a message.
+/// A value as one line of text for a message.
 fn shown<T: std::fmt::Debug>(value: &T) -> String {
     format!("{value:?}")
 }
 
-/// The columns of a regressor with values that are already in the triangles.
+/// The columns of a regressor whose values are already in the triangles.
 pub struct ColumnsOnly {
     coordinates: Vec<String>,
     slides: Vec<bool>,
@@ -212,7 +213,7 @@ impl Regressor for ColumnsOnly {
         self.slides[k]
     }
 
-    /// There are no values, so results computed with them are NaN.
+    /// There are no values, so results that would use them are NaN.
     fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
         y.fill(f64::NAN);
     }

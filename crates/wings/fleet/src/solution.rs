@@ -1,13 +1,13 @@
-//! The estimate from sums: equal to the result of `identify` for the same logs, without their rows.
+//! The estimate from sums: equal to the result of `identify` for the same logs, but without their rows.
 //!
 //! Values, residuals and the error on left-out blocks equal the results of `estimate::identify`. The standard deviation comes
-//! from the blocks (`estimators::block_deviation`), scaled by Student's t of its degrees of freedom so that 1.96 of it cover 95
-//! %, and from the bands of speed and position (`state_cells`), combined like in `estimators::replicate_deviation`. It is at
-//! least the standard deviation from white noise, and the one between logs. Faults inflate it like in `identify`, with the
-//! triangles that each log stores for them next to its own fit. Not here, because they need the rows: residuals that depend on
-//! another joint, rows that do not fit.
+//! from the blocks (`block_deviation`), scaled by Student's t of its degrees of freedom so that 1.96 of it cover 95 %, and from
+//! the bands of speed and position (`state_cells`), combined as in `estimators::replicate_deviation`. It is at least as large as
+//! the standard deviation from white noise and as the standard deviation between logs. Faults inflate it as in `identify`; the
+//! necessary triangles come from a fit to each log alone. Not here, because they need the rows: residuals that depend on another
+//! joint, rows that do not fit.
 //!
-//! A difference of two sums (`comparison`) is tested with the blocks alone: model errors are the same on both sides.
+//! A difference of two sums (`comparison`) is tested with the blocks only, because model errors are equal on both sides.
 
 use logs::Error;
 use numerics::least_squares::Solution;
@@ -30,10 +30,10 @@ use identification::estimators::replicate_deviation::{ReplicateDeviation, by_ban
 use identification::estimators::weighted::fit;
 use identification::rows::observation::{Observation, weighted};
 
-/// With fewer blocks than this a standard deviation has an uncertainty of more than a half.
+/// With fewer blocks than this, the relative uncertainty of a standard deviation exceeds a half.
 const SUFFICIENT_BLOCKS: usize = 8;
 
-/// The numerical results of the sums of a robot.
+/// The numerical solution of the sums of a robot.
 pub(super) struct Solved {
     pub observation: Observation,
     pub joints: Vec<Triangle>,
@@ -43,7 +43,7 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    /// Solves the sums. Fails where there is no log, and where no joint ever moves.
+    /// Solves the sums. Fails if there are no logs, or if no joint moves in any of them.
     pub(super) fn of(sums: &Accumulator) -> Result<Solved, Error> {
         let observation = sums.observation().ok_or_else(|| match sums.failed().first() {
             Some(failed) => Error::new(format!("no log could be used: {}", failed.reason)),
@@ -58,19 +58,20 @@ impl Solved {
         Ok(Solved { observation, joints, solution, deviation, weights })
     }
 
-    /// The standard deviation by blocks, one per parameter.
+    /// Standard deviations from the blocks, one per parameter.
     ///
-    /// The larger of the standard deviation from white noise and the one of the blocks times `interval` of its degrees of freedom.
+    /// Each is the larger of two: the standard deviation from white noise, and the standard deviation from the blocks times
+    /// `interval` of its degrees of freedom.
     pub(super) fn sigma(&self, interval: impl Fn(f64) -> f64) -> Vec<f64> {
         let BlockDeviation { sigma, freedom, .. } = &self.deviation;
         let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
         both.map(|(white, (blocks, freedom))| white.max(interval(*freedom) * blocks)).collect()
     }
 
-    /// The standard deviations: by blocks, by the bands of these cells, and by logs.
+    /// The standard deviations from blocks, from the bands of these cells, and between logs.
     fn believed(&self, cells: &StateCells) -> ReplicateDeviation {
         let interval = |freedom: f64| two_sided_quantile(0.05, freedom) / INTERVAL;
-        // Below one degree of freedom the quantile would be unbounded, and the standard deviation is no estimate.
+        // With less than one degree of freedom the quantile would be unbounded, and the standard deviation is no useful estimate.
         let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
         let whole = FullNormalMatrix::of(&weighted(&self.joints, &self.weights));
         let wider = interval((self.deviation.blocks as f64 - 1.0).max(1.0));
@@ -81,19 +82,19 @@ impl Solved {
         ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs, correlated: 1.0 }
     }
 
-    /// Degrees of freedom of the standard deviation by blocks.
+    /// Degrees of freedom of the standard deviation from the blocks, for parameter c.
     pub(super) fn freedom(&self, c: usize) -> f64 {
         self.deviation.freedom[c]
     }
 }
 
-/// Groups of the sums that are omitted in turn where faults are tested.
+/// Number of groups of triangles that are left out in turn when faults are tested.
 const LEFT_OUT_GROUPS: usize = 10;
 
 impl Accumulator {
-    /// The estimate of all its logs, inflated by the faults that their rows show or do not exclude.
+    /// The estimate from all logs. Its standard deviations are inflated by faults that the rows show or do not exclude.
     ///
-    /// Fails where there is no log, and where no joint ever moves. Parameters that the data do not determine have a status.
+    /// Fails if there are no logs, or if no joint moves. Parameters that the data do not determine have a status that says so.
     pub fn solve(&self) -> Result<Estimate, Error> {
         let (Fit { mut estimate, .. }, faults) = self.fit()?;
         inflate_by_faults(&mut estimate, &faults);
@@ -101,7 +102,7 @@ impl Accumulator {
         Ok(estimate)
     }
 
-    /// The estimate of all its logs with its intermediate results, and the tests of additional unknowns.
+    /// The estimate from all logs with intermediate results, and the tests of additional unknowns (faults).
     ///
     /// Fails like [`Accumulator::solve`].
     pub fn fit(&self) -> Result<(Fit, Vec<HypothesisTest>), Error> {
@@ -110,7 +111,7 @@ impl Accumulator {
         let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
         let cells = self.cells().ok_or_else(|| Error::new("no log is in these sums; at least one is needed"))?;
-        // Standard deviations of blocks, bands and logs are combined in one estimate.
+        // Standard deviations from blocks, from bands and between logs are combined in one estimate.
         let deviation = solved.believed(&cells);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &deviation.sigma());
         let held_out = cross_validate(&model, &solved.observation, options.weights);
@@ -119,7 +120,7 @@ impl Accumulator {
             joint.held_out = Some(out.relative);
         }
         of_signals(&mut estimate, &solved.observation, options);
-        // Remarks on the signals, the replicates and the logs that failed.
+        // Remarks on the signals, on the replicates, and on the logs that failed.
         estimate.remarks.push(self.replicates_in_words(solved.deviation.blocks));
         estimate
             .remarks
@@ -135,7 +136,7 @@ impl Accumulator {
         }
         let Solved { observation, solution, weights, .. } = solved;
         let mut fit = Fit { estimate, observation, solution, weights, robust: None, deviation };
-        // With one replicate per log, each log can be predicted from the others.
+        // If each log is one replicate, each log can be predicted from the others.
         if self.replicates().len() == fit.estimate.logs.len() {
             let sentence = of_left_out(&logs_left_out(&model, &fit, None), &fit.estimate.logs);
             fit.estimate.remarks.extend(sentence);
@@ -148,7 +149,7 @@ impl Accumulator {
         Ok((fit, faults))
     }
 
-    /// A sentence on the replicates of the standard deviations.
+    /// A sentence that names the replicates from which the standard deviations are computed.
     fn replicates_in_words(&self, blocks: usize) -> String {
         let logs = self.logs().len();
         let of = match (logs, self.replicates().len()) {

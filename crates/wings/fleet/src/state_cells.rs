@@ -1,8 +1,8 @@
-//! The products of a log's rows by joint and state, from which sums have the standard deviations by speed and by position that
-//! `replicate_deviation` computes from the rows.
+//! The products of a log's rows, sorted by joint and state. From them sums get the standard deviations by speed and by position
+//! that `replicate_deviation` computes from the rows.
 //!
-//! The bands of that file depend on the range of all logs, which is unknown for a subset of the logs. So the cells are absolute,
-//! and the bands are formed from them when the sums are solved: with W_c the rows of a cell and x the solution of all,
+//! The bands in `replicate_deviation` depend on the range over all logs, which is unknown for a subset of the logs. So the cells
+//! here are absolute, and the bands are formed from cells when the sums are solved. W_c: rows of a cell; x: solution of all rows.
 //!
 //! ```text
 //! A_c = W_c' W_c,   s_c = W_c' tau - A_c x        A_g = sum of the cells of a band, s_g likewise
@@ -13,8 +13,8 @@
 //! | speed | an octave of |dq|: floor(log2 |dq|), with all below `SLOWEST_OCTAVE` in one |
 //! | position | a 32nd of a turn, of q within one turn, or 50 mm of a joint that slides |
 //!
-//! The cells grow coarser as more logs are added, like the blocks of a log (`accumulator`): four cells of position become one,
-//! then all of them are removed and two octaves become one.
+//! As more logs are added, the cells become coarser, like the blocks of a log (`accumulator`): first four cells of position
+//! become one; then cells of position are removed, and two octaves of speed become one.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -27,23 +27,23 @@ use identification::estimators::row_products::RowProducts;
 use identification::estimators::state_bands::BandContent;
 use identification::rows::residual_sums::{ResidualSum, add_record};
 
-/// Cells of position in a turn.
+/// Number of cells of position in a turn.
 const CELLS_PER_TURN: f64 = 32.0;
-/// Length of a cell of position of a joint that slides, m.
+/// Length of a cell of position of a prismatic joint, m.
 const CELL_LENGTH: f64 = 0.05;
-/// Cells of position on either side of zero of a joint that slides; farther ones are merged with the last.
+/// Number of cells of position on either side of zero of a prismatic joint; the last cell also contains positions farther away.
 const MAX_SLIDING_CELLS: i32 = 32;
-/// Cells that are merged into one.
+/// Number of cells that are merged into one.
 const CELLS_PER_FOLD: i32 = 4;
-/// Exponent of the slowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest; octaves above 2^10 are merged with it.
+/// Exponent of the slowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest. Octaves above 2^10 are merged into one.
 const SLOWEST_OCTAVE: i32 = -8;
 const FASTEST_OCTAVE: i32 = 10;
-/// Bands of speed of a solution: the octave of the largest speed and the ones below; the last band has all slower speeds.
+/// Number of bands of speed: the octave of the largest speed and the octaves below; the last band contains all slower speeds.
 const SPEED_BANDS: i32 = 5;
-/// Greatest number of bands of position of a solution.
+/// Greatest number of bands of position.
 const POSITION_BANDS: usize = 8;
 
-/// A cell: its joint, the common state of its rows, and its index.
+/// A cell: its joint, the kind of state that its rows share (speed or position), and the index of this state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cell {
     pub joint: usize,
@@ -51,40 +51,40 @@ pub(crate) struct Cell {
     pub index: i32,
 }
 
-/// The resolution of the cells.
+/// The resolution of the cells, which decreases as logs are added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum CellSize {
-    /// Octaves, and all cells of position.
+    /// Octaves of speed, and all cells of position.
     Fine,
-    /// Octaves, and a quarter of the cells of position.
+    /// Octaves of speed, and cells of position that are four times as large.
     Coarse,
-    /// Pairs of octaves.
+    /// Pairs of octaves of speed, without cells of position.
     SpeedOnly,
 }
 
-/// The products of all cells.
+/// The products of the rows of all cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateCells {
-    /// The resolution of the cells.
+    /// The current resolution of the cells.
     pub(crate) cell_size: CellSize,
-    /// The columns that may affect the torque of each joint.
+    /// The columns that may affect the torque of each joint, one list per joint.
     pub(crate) columns: Vec<Vec<usize>>,
-    /// Products (i, j), i <= j, of the m columns of the joint followed by its torque, at j (m + 1) + i.
+    /// Products (i, j), i <= j, of the m columns of the joint and of its torque (number m), at index j (m + 1) + i.
     pub(crate) products: BTreeMap<Cell, Vec<f64>>,
 }
 
 impl CellSize {
-    /// All resolutions, the finest first.
+    /// All resolutions, from the finest to the coarsest.
     pub(crate) const ALL: [CellSize; 3] = [CellSize::Fine, CellSize::Coarse, CellSize::SpeedOnly];
 }
 
 impl StateCells {
-    /// The range of indices of a cell.
+    /// The range of valid indices of cells.
     pub(crate) const INDICES: std::ops::Range<i32> = -MAX_SLIDING_CELLS..MAX_SLIDING_CELLS;
-    /// Greatest number of cells of a joint.
+    /// Greatest number of cells per joint.
     pub(crate) const MOST_OF_JOINT: usize = (2 * MAX_SLIDING_CELLS + FASTEST_OCTAVE - SLOWEST_OCTAVE + 1) as usize;
 
-    /// Empty cells.
+    /// Makes an empty set of cells at the finest resolution.
     pub(crate) fn new(model: &Model) -> StateCells {
         let columns = model.layout.joints.iter().map(|joint| joint.columns.clone()).collect();
         StateCells { cell_size: CellSize::Fine, columns, products: BTreeMap::new() }
@@ -92,14 +92,14 @@ impl StateCells {
 
     /// Adds the rows of a record.
     pub(crate) fn add(&mut self, model: &Model, states: &States) {
-        // Without parameters the residual is the torque.
+        // With all parameters zero, the residual equals the torque.
         let none = vec![0.0; model.p()];
         let mut sums = CellSums::default();
         add_record(&mut sums, model, states, &none, &CellSums::default());
         self.take(sums.cells.into_iter().map(|(cell, products)| (cell, products.finish())));
     }
 
-    /// Adds the rows of another part with the same resolution.
+    /// Adds the rows of other cells with the same resolution.
     pub(crate) fn absorb(&mut self, other: StateCells) {
         self.take(other.products);
     }
@@ -115,7 +115,7 @@ impl StateCells {
         }
     }
 
-    /// Reduces the resolution; coarser cells are unchanged.
+    /// Reduces the resolution to `grain`; cells that are already coarser are unchanged.
     pub(crate) fn fold_to(&mut self, grain: CellSize) {
         if grain <= self.cell_size {
             return;
@@ -131,7 +131,7 @@ impl StateCells {
         self.take(cells.filter_map(|(cell, products)| Some((coarser(cell)?, products))));
     }
 
-    /// The clusters of a solution, by speed and by position, with the rows of joint j multiplied by `weights[j]`.
+    /// The clusters of rows by speed and by position, for a solution x; the rows of joint j are multiplied by `weights[j]`.
     pub(crate) fn clusters(&self, x: &[f64], weights: &[f64]) -> [Vec<Cluster>; 2] {
         let mut of = [Vec::new(), Vec::new()];
         for shared in [BandContent::Speed, BandContent::Position] {
@@ -146,7 +146,7 @@ impl StateCells {
         of
     }
 
-    /// The products of the bands of a joint.
+    /// The products of the bands of a joint, merged from its cells.
     fn bands(&self, joint: usize, shared: BandContent) -> Vec<Vec<f64>> {
         let cells: Vec<(i32, &Vec<f64>)> = self
             .products
@@ -172,8 +172,8 @@ impl StateCells {
     }
 }
 
-/// Products with the residual tau - W x in place of the torque, times `square`: W'(tau - W x) = W' tau - W'W x. The last entry,
-/// the square of the residual, is not needed and remains the square of the torque.
+/// Replaces the torque by the residual tau - W x in the products, and multiplies them by `square`: W'(tau - W x) = W' tau - W'W
+/// x. The last entry remains the square of the torque, because the square of the residual is not needed.
 fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     let m = x.len();
     for i in 0..m {
@@ -184,7 +184,7 @@ fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     products
 }
 
-/// The sums of products of the cells of a record.
+/// Sums of products, one per cell, during the reading of a record.
 #[derive(Clone, Default)]
 struct CellSums {
     cells: BTreeMap<Cell, RowProducts>,
@@ -194,8 +194,8 @@ impl ResidualSum for CellSums {
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
-            // Successive samples are mostly in one cell: each group of eight is added to each of its cells, with weight zero for
-            // samples in other cells.
+            // Successive samples are mostly in one cell. Each group of eight is added to every cell that occurs in it, with
+            // weight zero for samples of other cells.
             let mut seen: Vec<(Cell, [f64; 8])> = Vec::new();
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
                 let position = position_cell(group.states, r * n + j, model.regressor.is_prismatic(j));
@@ -230,7 +230,7 @@ impl ResidualSum for CellSums {
     }
 }
 
-/// floor(log2 |dq|), from the exponent bits of the number.
+/// Exponent floor(log2 |dq|), from the exponent bits of the number.
 fn octave(dq: f64) -> i32 {
     let exponent = ((dq.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     exponent.clamp(SLOWEST_OCTAVE, FASTEST_OCTAVE)
@@ -238,7 +238,7 @@ fn octave(dq: f64) -> i32 {
 
 fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
     match slides {
-        // A value that is too large for an index becomes the largest index.
+        // A value that is too large for an index gets the largest index.
         true => ((states.q[at] / CELL_LENGTH).floor() as i32).clamp(-MAX_SLIDING_CELLS, MAX_SLIDING_CELLS - 1),
         false => ((states.q[at].rem_euclid(TAU) / TAU * CELLS_PER_TURN) as i32).min(CELLS_PER_TURN as i32 - 1),
     }
@@ -261,7 +261,7 @@ mod tests {
         let model = Model::new(&arm, &[], &[]);
         let (mut states, mut random) = (arm.states(20_000), Random::new(3));
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
-        // An unused row may contain anything.
+        // A row that is not used may contain any values.
         (states.used[7], states.tau[7], states.ddq[7]) = (false, f64::NAN, f64::NAN);
         let joints = Observation::of(&model, &states, 1).joints(|_| true);
         let (solution, _) = fit(&joints, Weights::Joint);
@@ -278,7 +278,7 @@ mod tests {
                 let (sum, score) = sum.parts();
                 let (expected, none) = whole.parts();
                 let scale = expected.norm();
-                // Twenty thousand rows, each with a rounding error of 1e-16 of the norm.
+                // Tolerance: twenty thousand rows, each with a rounding error of 1e-16 of the norm.
                 assert!((sum - expected).norm() < 1e-11 * scale, "{grain:?}");
                 assert!((score - none).norm() < 1e-11 * scale, "{grain:?}");
             }
@@ -306,7 +306,8 @@ mod tests {
         let bands = residual_sums(&model, &records[..], &solution.x, bands).unwrap();
         let expected = bands.clusters(&model).map(|bands| by_band(&whole, &bands, 1.0));
         for (found, expected) in found.iter().zip(&expected) {
-            // With five draws a standard deviation has an uncertainty of a third, and bands with other ends are other draws.
+            // With five draws a standard deviation has a relative uncertainty of a third, and bands with other ends are other
+            // draws.
             assert!(found.iter().zip(expected).all(|(a, b)| (0.4..2.5).contains(&(a / b))), "{found:?} {expected:?}");
         }
         assert!(found[0].iter().zip(white_deviation(&solution)).any(|(speed, white)| *speed > 2.0 * white));

@@ -1,4 +1,5 @@
-//! Logs of a fleet: each is read once and replaced by a few triangles, which are merged, solved and compared without it.
+//! Sums over the logs of a fleet: each log is read once and replaced by a few triangles, which are then merged, solved and
+//! compared.
 
 use std::path::{Path, PathBuf};
 
@@ -24,9 +25,9 @@ use rist::request::{ModelOptions, Request};
 
 use crate::request::{AccumulateRequest, SumsRequest};
 
-/// Sums without a log.
+/// Makes empty sums for a request.
 ///
-/// Fails where the options need the rows twice, and where a gain belongs to no coordinate.
+/// Fails if the options need the rows twice, or if a gain belongs to no coordinate.
 pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, Error> {
     request.check()?;
     accumulator_with(model, request.rows.options_of_sums()?, &request.gain)
@@ -55,30 +56,30 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log; with `anyway` also a log that does not belong to the description.
+/// Adds a log. With `anyway`, the log is added even if it does not belong to the description.
 ///
-/// Fails, and adds nothing, where the sums are of another model, where the log cannot be used, where it does not belong
-/// to the description (`rist doctor`), and where it is in the sums already.
+/// Fails, and adds nothing, if the sums are of another model, if the log cannot be used, if it does not belong to the description
+/// (`rist doctor`), or if the sums already contain it.
 pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
     check_sums(model, sums)?;
     Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
 }
 
-/// Refuses sums that were made with another model.
+/// Fails if the sums were made with another model.
 pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
     let (ours, theirs) = (model.description.as_ref(), sums.settings().description.as_ref());
     model.check_read(Path::new("the sums"), &sums.settings().model, &ModelOptions::differences(ours, theirs))
 }
 
-/// Reads logs and adds them up, some at a time; the result is independent of their number.
+/// Reads logs and adds them up, several at a time; their number does not change the result.
 ///
-/// Fails with the first log that cannot be used, or where no log can.
+/// Fails at the first log that cannot be used, or if no log can be used.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
     request.check()?;
     accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
 }
 
-/// Adds logs up with the settings of other sums in place of the settings of the request.
+/// Reads logs and adds them up with the given options instead of the options of the request.
 ///
 /// Fails like [`accumulate`].
 pub fn accumulate_like(
@@ -87,13 +88,13 @@ pub fn accumulate_like(
     request: &AccumulateRequest,
     mut options: Options,
 ) -> Result<Accumulator, Error> {
-    // A single log gets its cut-off when it is read.
+    // If there is only one log, its cut-off frequency is determined when it is read.
     if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
         options.signal.cutoff = common_cutoff(model, logs, &options);
     }
     let mut all = accumulator_with(model, options, &request.sums.gain)?;
     let options = all.settings().options.clone();
-    // Logs are merged in batches, because each merge traverses all logs that were added.
+    // Logs are merged in batches, because each merge visits all logs that are already in the sums.
     let mut batch = Accumulator::new(all.settings().clone());
     let threads = request.threads.unwrap_or_else(processor::threads);
     let read = |_: usize, path: &PathBuf| {
@@ -123,17 +124,17 @@ pub fn accumulate_like(
     }
 }
 
-/// Logs that are added up before they are merged with the earlier ones.
+/// Number of logs in a batch; a batch is merged with the earlier logs.
 const LOGS_PER_BATCH: usize = 64;
 
-/// An error that names its log.
+/// The error `e` with the name of its log.
 fn named(name: &str, e: &Error) -> Error {
     let text = e.to_string();
     let text = if text.starts_with(name) { text } else { format!("{name}: {text}") };
     Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
 }
 
-/// The cut-off from the motion of all logs that can be read; the others are refused when they are used.
+/// The cut-off frequency from the motion of all logs that can be read. Other logs are refused later, when they are used.
 fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
     let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
     for path in logs {
@@ -146,7 +147,7 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
     Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
 }
 
-/// One log as triangles, checked first unless `anyway`.
+/// Makes the triangles of one log; checks the log first, unless `anyway` is set.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
     if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {
@@ -161,7 +162,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     if !anyway {
         let gains = options.transmission.drive_gains.as_deref();
         let mut found = log_check_of(model, std::slice::from_ref(log), &records, gains, options)?;
-        // Short logs are accepted, because sums are made for them.
+        // Short logs are accepted, because sums are meant for them too.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
             return Err(Error::new(format_args!("{name}: {finding} ([:doctor] says more; [anyway=true] takes it in)")));

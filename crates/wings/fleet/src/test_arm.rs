@@ -1,4 +1,4 @@
-//! The pendulum of `experiments` for unit tests, with empty sums and the source of a log.
+//! Helpers for unit tests: the pendulum of `experiments`, empty sums, and data of a log.
 
 use identification::estimate::claims::hypotheses::UndeterminedMechanics;
 use identification::estimate::options::Options;
@@ -19,7 +19,7 @@ pub(crate) fn empty(options: &Options) -> Accumulator {
     Accumulator::new(Settings::new(&Pendulum::new(), model, None, options, UndeterminedMechanics::default()).unwrap())
 }
 
-/// The source of a log with this number of rows, 10 ms apart.
+/// Data of a log with this number of rows, 10 ms apart.
 pub(crate) fn account(name: String, digest: u64, rows: usize) -> LogAccount {
     let (digest, duration) = (format!("{digest:016x}"), 0.01 * rows as f64);
     LogAccount { name, digest, rows, kept: rows, samples: rows, duration, period: 0.01 }

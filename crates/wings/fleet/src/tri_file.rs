@@ -1,18 +1,18 @@
-//! The file of an accumulator, `.tri`: a line, a head in YAML, the triangles.
+//! The file of an accumulator, `.tri`: first line, head in YAML, triangles.
 //!
 //! ```text
 //! rist-tri 4 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
-//! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of nonzero
-//! columns, their indices, and their entries column by column. Where the options have springs, each of them then has the change
-//! of the square of its torque by the springs. Then each coordinate has its smallest and largest position, speed, effort, f95 and
-//! the number of samples at rest. The cut-off follows. Columns of zeros are not stored. Last are the cells of states: their
-//! resolution (0, 1, 2), for each coordinate the number of its columns and their indices, the number of cells, and for each cell
-//! its coordinate, 0 for speed and 1 for position, its index, and the products of its columns followed by the torque, column by
-//! column down to the diagonal. They are followed by the number of triangles of faults and these triangles, with the parameters
-//! and the hypotheses of the head as columns.
+//! The triangles are written replicate by replicate. A replicate begins with the number of its blocks. Each block and joint has:
+//! the number of rows, the number of nonzero columns, their indices, and their entries column by column; columns of zeros are not
+//! stored. If the options have springs, the change of the squared torque by the springs follows for each block and joint. Then
+//! each coordinate has its smallest and largest position, speed, effort, f95, and the number of samples at rest. The cut-off
+//! frequency follows. Then come the cells of states: their resolution (0, 1, 2); for each coordinate the number of its columns
+//! and their indices; the number of cells; and for each cell its coordinate, 0 for speed or 1 for position, its index, and the
+//! products of its columns and the torque, column by column down to the diagonal. Last are the number of triangles of faults and
+//! these triangles; their columns are the parameters and the hypotheses in the head.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -29,22 +29,22 @@ use crate::replicate::{Digest, LogAccount, Replicate};
 use crate::settings::Settings;
 use crate::tri_words::{NumberWriter, WordReader};
 
-/// The first word of such a file.
+/// The first word of a `.tri` file.
 const TRI_MAGIC_WORD: &str = "rist-tri";
 
-/// The version that is written and read.
+/// The version of the format that is written and read.
 ///
-/// Version 1 has accelerations by differences of second order, and digests of other blocks, version 2 has no cells of states,
-/// version 3 no triangles of faults, so their sums cannot be added to these.
+/// Sums of older versions cannot be added to these: version 1 has accelerations by differences of second order and digests of
+/// other blocks, version 2 has no cells of states, version 3 has no triangles of faults.
 const TRI_FORMAT_VERSION: u32 = 4;
 
-/// Largest size of a file of sums, bytes.
+/// Greatest size of a `.tri` file, bytes.
 const MAX_TRI_BYTES: u64 = 1 << 31;
 
-/// Number of matrices of all columns that a solution has in memory at once.
+/// Number of matrices with all columns that are in memory at once when sums are solved.
 const SOLUTION_MATRICES: usize = 16;
 
-/// Largest length of the first line.
+/// Greatest length of the first line, bytes.
 const MAX_FIRST_LINE_BYTES: usize = 120;
 
 #[derive(Serialize, Deserialize)]
@@ -62,9 +62,9 @@ struct ReplicateHead {
 }
 
 impl Accumulator {
-    /// The content of a `.tri` file.
+    /// Writes the sums as the content of a `.tri` file.
     ///
-    /// Fails where the settings cannot be written.
+    /// Fails if the settings cannot be written.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         let replicates = self.replicates().iter().map(|r| ReplicateHead { logs: r.logs.clone() }).collect();
         let head = Head { settings: self.settings().clone(), replicates, failed: self.failed().to_vec() };
@@ -78,9 +78,9 @@ impl Accumulator {
         Ok(joined(&head, &body.0))
     }
 
-    /// Reads a `.tri` file. A file with another first word is not read further, so an infinite device is refused.
+    /// Reads a `.tri` file. If the first word is wrong, nothing more is read, so an infinite device is refused.
     ///
-    /// Fails where it cannot be read, is larger than 2 GiB, and like [`Accumulator::from_bytes`].
+    /// Fails if the file cannot be read or is larger than 2 GiB, and like [`Accumulator::from_bytes`].
     pub fn read(path: &Path) -> Result<Accumulator, Error> {
         let file = &path.display().to_string();
         let failed = |e: std::io::Error| match e.kind() {
@@ -97,9 +97,9 @@ impl Accumulator {
         Accumulator::from_bytes(file, &bytes)
     }
 
-    /// Reads the content of a `.tri` file; `file` is the name in messages.
+    /// Reads the content of a `.tri` file; `file` is its name for messages.
     ///
-    /// Fails where it is no such file, was truncated or damaged, or has another version.
+    /// Fails if it is no such file, is truncated or damaged, or has another version.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;
@@ -111,7 +111,7 @@ impl Accumulator {
             (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
         let has_springs = head.settings.options.transmission.springs.is_some();
         let mut words = WordReader { left: body, budget: Budget::of(bytes.len()), excess: None };
-        // A solution has this number of matrices of all columns, whatever the triangles contain.
+        // Solving needs this number of matrices with all columns, independent of the content of the triangles.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
@@ -129,14 +129,14 @@ impl Accumulator {
     }
 }
 
-/// Joins the first line, the head and the triangles.
+/// Joins first line, head and triangles to the content of a file.
 fn joined(head: &str, body: &[u8]) -> Vec<u8> {
     let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
     let line = format!("{TRI_MAGIC_WORD} {TRI_FORMAT_VERSION} {} {} {digest:016x}\n", head.len(), body.len());
     [line.as_bytes(), head.as_bytes(), body].concat()
 }
 
-/// Head and triangles, checked against the first line.
+/// Splits the content of a file into head and triangles, after checking them against the first line.
 fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     // The first line: magic word, version, bytes of the head, bytes of the triangles, digest.
     let end = bytes.iter().take(MAX_FIRST_LINE_BYTES).position(|&b| b == b'\n');
@@ -166,7 +166,7 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let (Some(head), Some(body), Some(digest)) = (head, body, words.get(4)) else {
         return Err(format!("its first line, `{line}`, is not whole: make it again"));
     };
-    // The lengths are checked before the digest: a truncated file is reported as such.
+    // The lengths are checked before the digest, so that a truncated file is reported as truncated.
     let rest = &bytes[line.len() + 1..];
     let expected = head.saturating_add(body);
     if rest.len() != expected {
@@ -195,7 +195,7 @@ mod tests {
     fn some() -> Accumulator {
         let arm = Pendulum::new();
         let mut options = Options::default();
-        // A cut-off with all digits of a number.
+        // A cut-off frequency with all digits of a double.
         options.signal.cutoff = Some(10.0 / 3.0);
         let mut all = empty(&options);
         let linear = Model::new(&arm, &options.friction, &[]);

@@ -1,4 +1,4 @@
-//! The numbers after the head of a `.tri` file, written and read: triangles, statistics of the joints' motion, cells of states.
+//! Writes and reads the numbers after the head of a `.tri` file: triangles, statistics of the joints' motion, cells of states.
 //! `tri_file` defines their order.
 
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use crate::state_cells::{Cell, CellSize, StateCells};
 use identification::estimators::state_bands::BandContent;
 use identification::rows::observation::Observation;
 
-/// Numbers to be written into a file.
+/// Collects the numbers that are written into a file.
 #[derive(Default)]
 pub(super) struct NumberWriter(pub(super) Vec<u8>);
 
@@ -71,12 +71,12 @@ impl NumberWriter {
     }
 }
 
-/// Numbers of a file that are still to be read; `None` where there are too few.
+/// The numbers of a file that are not yet read. Its functions return `None` if too few numbers are left.
 pub(super) struct WordReader<'a> {
     pub(super) left: &'a [u8],
     /// Remaining memory for triangles.
     pub(super) budget: Budget,
-    /// The reason why the budget was exceeded.
+    /// The reason why the budget was exceeded; `None` if it was not.
     pub(super) excess: Option<String>,
 }
 
@@ -120,7 +120,7 @@ impl WordReader<'_> {
         for _ in 0..n {
             let count = self.count(p)?;
             let of_joint = (0..count).map(|_| self.count(p.checked_sub(1)?)).collect::<Option<Vec<usize>>>()?;
-            // They ascend, so no product is used twice.
+            // The indices must increase, so that no column occurs twice.
             columns.push(Some(of_joint).filter(|of| of.is_sorted_by(|a, b| a < b))?);
         }
         let count = self.count(n * StateCells::MOST_OF_JOINT)?;
@@ -143,7 +143,7 @@ impl WordReader<'_> {
         Some(StateCells { cell_size: grain, columns, products })
     }
 
-    /// Triangles of `width` columns; none where nothing is tested.
+    /// Reads triangles with `width` columns; none are expected if no hypothesis is tested.
     pub(super) fn faults(&mut self, width: usize, is_tested: bool) -> Option<Vec<Triangle>> {
         let count = self.count(if is_tested { MAX_FAULT_PARTS_PER_LOG } else { 0 })?;
         (0..count).map(|_| self.triangle(width)).collect()
@@ -152,7 +152,7 @@ impl WordReader<'_> {
     pub(super) fn triangle(&mut self, p: usize) -> Option<Triangle> {
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
-        // Its entries are in memory twice while it is assembled.
+        // The entries are in memory twice while the triangle is assembled.
         if let Err(excess) = self.budget.draw(Triangle::bytes(p, count).saturating_mul(2)) {
             self.excess = Some(excess);
             return None;

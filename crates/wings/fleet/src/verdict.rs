@@ -1,4 +1,4 @@
-//! The verdict on the estimate of sums.
+//! The verdict on an estimate from sums.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::verdict::{Evidence, Verdict};
@@ -9,9 +9,9 @@ use rist::{Error, Model};
 use crate::accumulator::Accumulator;
 use crate::sums::check_sums;
 
-/// The estimate of sums, and its verdict for each use of torques; `model`: the model of the sums.
+/// The estimate from the sums, and a verdict for each use of torques. `model` must be the model of the sums.
 ///
-/// Fails where the sums are of another model, and where they have no estimate.
+/// Fails if the sums are of another model, or if they have no estimate.
 pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verdict), Error> {
     check_sums(model, sums)?;
     let (mut fit, faults) = sums.fit()?;

@@ -1,12 +1,12 @@
-//! The vertices of a Collada file (.dae), placed by its scene.
+//! Reads the vertices of a Collada file (.dae), in the positions that its scene gives them.
 //!
-//! A point p of a geometry is at meter T_1 .. T_n p, with T_k the transforms of the nodes above it, from the root, and meter the
-//! unit of the file. A geometry with two instances is at two places. Without a scene each geometry is at its own coordinates.
+//! A point p of a geometry is at meter T_1 .. T_n p. T_k are the transforms of the nodes above the geometry, from the root; meter
+//! is the unit of the file. A geometry with two instances is at two places. If the file has no scene, the transforms are omitted.
 //!
-//! The axes of the file are the axes of the link, whatever its `up_axis` is: RViz, MoveIt and coal place meshes of a URDF so.
-//! Points of faces count; points of lines alone, or unused ones, do not, except where a geometry has no face.
+//! The axes of the file are the axes of the link, whatever `up_axis` says: RViz, MoveIt and coal place meshes of a URDF in this
+//! way. Only points of faces count, not unused points or points of lines, unless a geometry has no faces.
 //!
-//! Not here: skinned shapes, `lookat` and `skew`, and content of another file, which are refused; faces, materials.
+//! Refused: skinned shapes, `lookat`, `skew`, and references to another file. Ignored: faces and materials.
 
 use std::collections::HashMap;
 
@@ -15,21 +15,21 @@ use roxmltree::{Document, Node, ParsingOptions};
 use robot::vector::Vector3;
 use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
-/// Greatest depth of nested nodes and instances of nodes.
+/// Greatest depth of nested nodes and of nested instances of nodes.
 const MAX_NODE_DEPTH: usize = 64;
-/// Greatest number of instances of nodes and geometries: a node with two instances of another doubles them.
+/// Greatest number of instances of nodes and geometries: a node with two instances of another node doubles their number.
 const MAX_INSTANCES: usize = 10_000;
-/// Greatest number of points of all instances.
+/// Greatest number of points of all instances together.
 const MAX_POINTS: usize = 20_000_000;
 
-/// Rotation with scale, and translation.
+/// A linear map (rotation with scale), and a translation.
 type Transform = ([[f64; 3]; 3], Vector3);
 
 const IDENTITY: Transform = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-/// The vertices of a file, m, in the frame of the link.
+/// Reads the vertices of a file, m, in the frame of the link.
 ///
-/// Fails where it is no Collada file, or has elements that are not read.
+/// Fails if it is no Collada file, or has elements that are not supported.
 pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     let text = std::str::from_utf8(bytes).map_err(|e| format!("no Collada: {e}"))?;
     if let Some((line, _)) = crowded(text) {
@@ -41,7 +41,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     if root.tag_name().name() != "COLLADA" {
         return Err("no Collada: its first element is another than <COLLADA>".into());
     }
-    // The unit of the file, m.
+    // The unit of the file in metres.
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let meter = match unit.and_then(|unit| Some((unit, unit.attribute("meter")?))) {
         Some((unit, text)) => {
@@ -50,7 +50,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
         }
         None => 1.0,
     };
-    // References need the elements by their ids.
+    // Elements by their ids, for references.
     let mut ids = HashMap::new();
     for node in root.descendants().filter(Node::is_element) {
         if let Some(id) = node.attribute("id") {
@@ -58,7 +58,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
         }
     }
     let mut found = ColladaTriangles { ids, instances: 0, points: vec![] };
-    // Without a scene all geometries count.
+    // If the file has no scene, all geometries count.
     match scene(&found, root)? {
         Some(scene) => found.of_node(scene, IDENTITY, 0)?,
         None => {
@@ -77,7 +77,7 @@ fn at(node: Node, what: String) -> String {
     format!("line {}: {what}", node.document().text_pos_at(node.range().start).row)
 }
 
-/// The scene that the file shows; else its first one.
+/// The scene that the file shows, or else its first scene.
 fn scene<'a, 'i>(found: &ColladaTriangles<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Node<'a, 'i>>, String> {
     let shown = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     match shown {
@@ -93,7 +93,7 @@ struct ColladaTriangles<'a, 'i> {
 }
 
 impl<'a, 'i> ColladaTriangles<'a, 'i> {
-    /// The element that an attribute refers to: `#id`.
+    /// The element to which an attribute of the form `#id` refers.
     fn target(&self, node: Node<'a, 'i>, attribute: &str) -> Result<Node<'a, 'i>, String> {
         let tag = node.tag_name().name();
         let url = node.attribute(attribute).unwrap_or("");
@@ -142,10 +142,10 @@ impl<'a, 'i> ColladaTriangles<'a, 'i> {
     }
 }
 
-/// Elements of a mesh with faces.
+/// Names of the elements of a mesh that contain faces.
 const FACE_ELEMENTS: [&str; 5] = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
 
-/// The points that faces use; all where there is no face.
+/// The points that faces use; all points if there are no faces.
 fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     let mut is_used = vec![false; points.len()];
     for faces in mesh.children().filter(|n| FACE_ELEMENTS.contains(&n.tag_name().name())) {
@@ -174,10 +174,10 @@ fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     Ok(points.into_iter().zip(is_used).filter(|(_, is_used)| *is_used || !has_faces).map(|(p, _)| p).collect())
 }
 
-/// Greatest number of inputs of a face's corner.
+/// Greatest number of inputs (indices) per corner of a face.
 const MAX_INPUTS: usize = 64;
 
-/// The points of a <source>, by its accessor.
+/// The points of a <source>, as its accessor defines them.
 fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let array = child(source, "float_array");
     let array = array.ok_or_else(|| at(source, "the <source> of positions has no <float_array>".into()))?;
@@ -195,7 +195,7 @@ fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let rest = numbers.get(offset..).unwrap_or_default();
     let most = rest.len().div_ceil(stride);
     let count = whole("count", most)?;
-    // The last point needs only its own three numbers.
+    // The last point needs only three numbers, even if the stride is larger.
     let all: Vec<Vector3> = rest.chunks(stride).take(count).map_while(|p| p.first_chunk().copied()).collect();
     if all.len() < count {
         return Err(at(source, format!("{count} points are promised, and {} are there", all.len())));
@@ -203,7 +203,7 @@ fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     Ok(all)
 }
 
-/// The numbers of an element's text.
+/// The numbers in the text of an element.
 fn numbers(node: Node) -> Result<Vec<f64>, String> {
     let text = node.text().unwrap_or("");
     let one = |word: &str| {
@@ -228,7 +228,7 @@ fn transform(node: Node) -> Result<Transform, String> {
                 return if degrees == 0.0 { Ok(IDENTITY) } else { Err(at(node, "<rotate> has no axis".into())) };
             }
             let (u, (sine, cosine)) = ([a, b, c].map(|x| x / length), degrees.to_radians().sin_cos());
-            // Rodrigues' formula.
+            // Rodrigues' rotation formula.
             let skew = [[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]];
             let entry = |i: usize, j: usize| {
                 let one = if i == j { cosine } else { 0.0 };
@@ -262,7 +262,7 @@ fn composed(a: Transform, b: Transform) -> Transform {
 mod tests {
     use super::vertices;
 
-    /// A triangle in cm, turned, shifted and with two instances, and a line that is ignored; y is up according to the file.
+    /// A triangle in cm, rotated, shifted and with two instances, and a line that is ignored. The file says that y is up.
     const FILE: &str = r##"<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
@@ -285,7 +285,7 @@ mod tests {
     fn near(found: &[[f64; 3]], expected: &[[f64; 3]]) {
         assert_eq!(found.len(), expected.len());
         let off = found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
-        // Sums of a few products of numbers below 2.
+        // Tolerance: sums of a few products of numbers below 2.
         assert!(off.fold(0.0, f64::max) < 1e-15, "{found:?}");
     }
 
@@ -299,18 +299,18 @@ mod tests {
 
     #[test]
     fn points_stand_where_the_scene_puts_them() {
-        // Turned by a quarter: x to y, y to -x; scaled by two, one metre away; again 20 cm farther up along z.
+        // Rotated by a quarter turn, x to y and y to -x; scaled by two; one metre away; the second instance 20 cm higher along z.
         let lower = [[1.0, 0.02, 0.0], [0.98, 0.0, 0.0], [1.0, 0.0, 0.02]];
         let upper = lower.map(|[x, y, z]| [x, y, z + 0.2]);
         near(&vertices(FILE.as_bytes()).unwrap(), &[lower, upper].concat());
-        // The axes are the axes of the file, whatever `up_axis` is.
+        // The axes are the axes of the file, whatever `up_axis` says.
         let other = FILE.replace("Y_UP", "Z_UP");
         assert_eq!(vertices(other.as_bytes()), vertices(FILE.as_bytes()));
-        // Without a scene and a unit: the file's coordinates in metres.
+        // Without a scene and a unit, the coordinates of the file are in metres.
         let start = FILE.find("<library_nodes>").unwrap();
         let bare = format!("{}</COLLADA>", &FILE[..start]).replace("<unit name=\"centimeter\" meter=\"0.01\"/>", "");
         near(&vertices(bare.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        // The numbers of a point may be separated.
+        // Other numbers may be between the numbers of points (stride and offset).
         let apart = bare.replace("1 0 0  0 1 0  0 0 1  9 9 9", "9 1 0 0 7  0 1 0 7  0 0 1 7 9 9 9");
         let apart = apart.replace("stride=\"3\"", "stride=\"4\" offset=\"1\"");
         near(&vertices(apart.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
@@ -336,7 +336,7 @@ mod tests {
             ("instance_geometry url=\"#g\"/><node>", "instance_controller/><node>", "line 15: a shape with a skin"),
             ("url=\"#twice\"", "url=\"other.dae#x\"", "line 15: <instance_node> has url=`other.dae#x`; read is what"),
             ("url=\"#s\"", "url=\"#t\"", "line 17: <instance_visual_scene>: there is no element with the id `t`"),
-            // A node within itself.
+            // A node that contains itself.
             ("<translate>0 0 10</translate>", "<instance_node url=\"#twice\"/>", "line 12: more than 64 nodes"),
         ] {
             assert!(FILE.contains(from), "{from}");
@@ -345,7 +345,7 @@ mod tests {
         }
     }
 
-    /// Nodes that double in each of many levels are refused early.
+    /// Nodes whose number doubles at each of many levels are refused early.
     #[test]
     fn instances_do_not_multiply_without_end() {
         let level = |k: usize| {

@@ -1,10 +1,10 @@
-//! Wing: files of other programs.
+//! Wing for foreign files: reads and writes files of other programs.
 //!
-//! Logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in bags of SQLite; the vertices of Collada meshes;
-//! a robot as SYMORO's .par.
+//! Reads logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in SQLite bags; reads the vertices of
+//! Collada meshes; writes a robot as SYMORO's .par.
 //!
 //! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
-//! messages of a recording; `robot::mesh` calls the reader that is registered for an extension; `robot::format::written` makes
+//! messages of a recording. `robot::mesh` calls the reader that is registered for an extension. `robot::format::written` makes
 //! names that a format allows.
 
 #![warn(missing_docs)]
@@ -23,7 +23,7 @@ use robot::mesh::MeshFormat;
 
 pub use par::write_par;
 
-/// The readers and writers of this wing.
+/// The readers and writers that this wing registers.
 pub fn wing() -> Wing {
     Wing {
         log_formats: vec![

@@ -1,7 +1,7 @@
-//! A robot as a .par file for SYMORO and OpenSYMORO; [`robot::format::read_par`] reads it too.
+//! Writes a robot as a .par file for SYMORO and OpenSYMORO; [`robot::format::read_par`] reads such files.
 //!
-//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, this program reads
-//! the values. Each item that the format cannot represent is noted.
+//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, while this program
+//! reads the values. Each item that the format cannot represent gives a note.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use robot::{
     Affine, Drive, Inertial, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia, Value,
 };
 
-/// The text of a .par file, and notes on the items that it cannot represent.
+/// The text of a .par file, and notes on the items that the format cannot represent.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
     let names = WrittenNames::new(robot, |name| allowed(name, ""), |_| false);
     let mut text = String::new();
@@ -23,12 +23,12 @@ pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
     (text, notes)
 }
 
-/// A line of the text; writing to a String cannot fail.
+/// Appends a line to the text; writing to a String cannot fail.
 macro_rules! line {
     ($text:expr, $($part:tt)*) => {{ let _ = writeln!($text, $($part)*); }};
 }
 
-/// Name, source, sizes, and the values of the symbols.
+/// Writes name, source, numbers of links and joints, and the values of the symbols.
 fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let (nl, nj) = (robot.links.len(), robot.links.len() + robot.loops.len());
     let is_simple = robot.links.iter().enumerate().all(|(j, l)| l.antecedent == j.checked_sub(1).map(LinkId));
@@ -45,7 +45,7 @@ fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     }
 }
 
-/// The table: one list per parameter, one entry per frame: links, then cuts, then twins.
+/// Writes the geometric table: one list per parameter, with one entry per frame (links, then cuts of loops, then their twins).
 fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| ParFrame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| ParFrame::of_loop(&l.twin));
@@ -69,7 +69,7 @@ fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) 
     line!(text, "r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
 }
 
-/// Inertias, rotors, friction, and the forces of the environment, which are zero: one entry per link.
+/// Writes inertias, rotors, friction, and the external forces, which are zero; one entry per link.
 fn dynamic_parameters(robot: &Robot, text: &mut String) {
     line!(text, "\n(* Dynamic parameters *)");
     let of_links = |of: &dyn Fn(usize, &Link) -> String| {
@@ -95,7 +95,7 @@ fn dynamic_parameters(robot: &Robot, text: &mut String) {
     }
 }
 
-/// Rates, torques, the motion of the base, gravity: entries that those programs expect.
+/// Writes symbols for rates and torques, the motion of the base, and gravity; SYMORO and OpenSYMORO expect these entries.
 fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
@@ -113,7 +113,7 @@ fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* End of definition *)");
 }
 
-/// A link or a loop frame.
+/// A row of the geometric table: a link, or a frame of a loop.
 struct ParFrame<'a> {
     antecedent: Option<LinkId>,
     geometry: &'a ModifiedDh,
@@ -139,7 +139,7 @@ impl<'a> ParFrame<'a> {
         ParFrame { antecedent: *antecedent, geometry, kind: *kind, drive: Drive::Passive, variable }
     }
 
-    /// The type of a joint in the format; a locked joint is a fixed one.
+    /// The type of a joint in the format: 0 revolute, 1 prismatic, 2 fixed. A locked joint becomes a fixed one.
     fn sigma(&self) -> usize {
         match self.kind {
             _ if self.variable.terms.is_empty() => 2,
@@ -159,7 +159,7 @@ fn allowed(name: &str, also: &str) -> String {
     name.chars().map(|c| if keep(c) { c } else { '_' }).collect()
 }
 
-/// Notes on the items that the format cannot represent.
+/// Collects notes on the items that the format cannot represent.
 fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
     if robot_name(robot) != robot.name {

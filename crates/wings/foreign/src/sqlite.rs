@@ -1,11 +1,11 @@
-//! The messages of a rosbag2 in sqlite3 (.db3), in the order of recording.
+//! Reads the messages of a rosbag2 in sqlite3 (.db3), in the order of recording.
 //!
-//! `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, in the form of
-//! rosbag2_storage_sqlite3. The file is opened for reading only and no file is written next to it; a write-ahead log that a
-//! recorder did not merge is read with it. A truncated or damaged file is read up to the first missing page.
+//! The tables are `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as written by
+//! rosbag2_storage_sqlite3. The file is opened only for reading, and no file is written next to it. If a recorder did not merge
+//! its write-ahead log into the file, the log is read too. A truncated or damaged file is read up to the first missing page.
 //!
-//! Files may come from untrusted sources: views, triggers and functions in the schema are disabled, a table with computed columns
-//! is refused, and no message is longer than [`MAX_MESSAGE_BYTES`].
+//! Files may come from untrusted sources. Therefore views, triggers and functions in the schema are disabled, a table with
+//! computed columns is refused, and messages longer than [`MAX_MESSAGE_BYTES`] are refused.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -21,38 +21,39 @@ use rusqlite::{Connection, OpenFlags};
 use logs::reading::Compression;
 use logs::reading::{Channel, Message, ReadOutcome, Receiver, WantedChannels};
 
-/// Greatest size of one message, bytes. 500 joints take 30 000.
+/// Greatest size of one message, bytes. A message of 500 joints has 30 000.
 const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 
 /// The first bytes of a zstd stream.
 const ZSTD_MAGIC: &[u8] = b"\x28\xb5\x2f\xfd";
 
-/// The file system of SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
+/// A file system layer of SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
-/// Opens a file, which must not be written by another program at the same time.
+/// Opens a database file. No other program may write to it at the same time.
 fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let opened = if ["-wal", "-journal"].iter().any(|end| journal_path(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
     } else {
-        // SQLite would create an empty write-ahead log next to a file in that mode, even for reading.
+        // If a file is in write-ahead mode, SQLite would create an empty log next to it even for reading; `immutable` prevents
+        // this.
         let uri = immutable(path);
         Connection::open_with_flags_and_vfs(uri, flags | OpenFlags::SQLITE_OPEN_URI, LOCKLESS_FILE_SYSTEM)
     };
     opened.map_err(|e| refused(&e))
 }
 
-/// The path of a companion file of SQLite: next to the file itself, after links are resolved.
+/// The path of a companion file of SQLite (`-wal`, `-journal`). It is next to the file itself, after links are resolved.
 fn journal_path(path: &Path, end: &str) -> PathBuf {
     let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
     name.push(end);
     name.into()
 }
 
-/// The URI by which SQLite opens a file that does not change. <https://www.sqlite.org/uri.html>
+/// The URI that tells SQLite that the file does not change. <https://www.sqlite.org/uri.html>
 fn immutable(path: &Path) -> OsString {
-    // A Windows path begins with a letter and a colon, and its URI with three slashes.
+    // A Windows path begins with a letter and a colon; its URI begins with three slashes.
     let drive = if path.as_os_str().as_encoded_bytes().get(1) == Some(&b':') { "///" } else { "" };
     let mut uri = format!("file:{drive}");
     for &byte in path.as_os_str().as_encoded_bytes() {
@@ -66,9 +67,9 @@ fn immutable(path: &Path) -> OsString {
     (uri + "?immutable=1").into()
 }
 
-/// Opens the content of a file.
+/// Opens a database whose content is in memory.
 fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
-    // In memory there is no write-ahead log next to the file. So its mode, bytes 18 and 19, is set to the mode of a plain file.
+    // In memory there is no write-ahead log. So the mode of the file, bytes 18 and 19, is changed to the mode without a log.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
     let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
     let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
@@ -107,9 +108,9 @@ pub(crate) fn read_bytes(
     read(&of_bytes(bytes)?, wanted, work, each)
 }
 
-/// Passes the messages of the channels that are `wanted` to `each`. Decompressed bytes of messages are drawn from `work`.
+/// Passes the messages of the `wanted` channels to `each`. The sizes of decompressed messages are charged to `work`.
 ///
-/// Fails when the tables of a rosbag2 are missing; damage among the messages gives an `Outcome`.
+/// Fails if the tables of a rosbag2 are missing. Damage among the messages does not fail; the [`ReadOutcome`] reports it.
 fn read(
     database: &Connection,
     wanted: &WantedChannels,
@@ -118,14 +119,14 @@ fn read(
 ) -> Result<ReadOutcome, String> {
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
-        // Views, virtual tables and computed columns would run code of the file, so they are refused.
+        // Views, virtual tables and computed columns would execute code from the file, so they are refused.
         if !is_plain(database, table).map_err(|e| refused(&e))? {
             return Err(format!("this SQLite file has no table `{table}` of a rosbag2"));
         }
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are selected, not only the rows of wanted topics: SQLite returns empty rows for a missing page, and these must be
+    // All rows are selected, not only the rows of wanted topics: for a missing page SQLite returns empty rows, which must be
     // detected.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
@@ -155,7 +156,8 @@ fn read(
             Err(e) => break e.to_string(),
         };
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
-        // Messages may be compressed one by one. An uncompressed one is no zstd stream, because CDR begins with 00 00 or 00 01.
+        // Messages may be compressed individually. An uncompressed message cannot look like zstd, because CDR begins with 00 00
+        // or 00 01.
         let unpacked;
         let data = if data.starts_with(ZSTD_MAGIC) {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
@@ -179,13 +181,13 @@ fn guard(database: &Connection) -> rusqlite::Result<()> {
         (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
-        // Without it a file with fewer pages than stated in its head is refused as a whole.
+        // Without this option, a file with fewer pages than its head states is refused as a whole.
         (DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true),
     ] {
         database.set_db_config(option, on)?;
     }
     database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)?;
-    // The index of a write-ahead log is kept in memory instead of in a file next to it.
+    // The index of a write-ahead log is kept in memory, not in a file next to the log.
     database.pragma_update(None, "locking_mode", "EXCLUSIVE")
 }
 
@@ -200,7 +202,7 @@ fn channels(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
     statement.query_map([], channel)?.collect()
 }
 
-/// The definitions of types, which newer recorders store.
+/// The definitions of message types, which newer recorders store: by type, (encoding, definition).
 fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, (String, String)>> {
     if !is_plain(database, "message_definitions")? {
         return Ok(BTreeMap::new());
@@ -210,7 +212,7 @@ fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, (Stri
     statement.query_map([], |row| Ok((row.get(0)?, (row.get(1)?, row.get(2)?))))?.collect()
 }
 
-/// Whether a table of this name exists and has no computed columns.
+/// Whether a table with this name exists and has no computed columns.
 fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
     let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
     let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
@@ -222,7 +224,7 @@ fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
 mod tests {
     use super::*;
 
-    /// A bag in write-ahead mode, with one topic; `name` is the name of the file, with special characters.
+    /// A bag in write-ahead mode with one topic; `name`: file name with special characters.
     fn recorder(folder: &Path, name: &str) -> (Connection, PathBuf) {
         let path = folder.join(name);
         let recorder = Connection::open(&path).unwrap();
@@ -237,7 +239,7 @@ mod tests {
         (recorder, path)
     }
 
-    /// An empty folder.
+    /// Creates an empty temporary folder.
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("rist-bag-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -273,7 +275,8 @@ mod tests {
     fn a_write_ahead_log_left_behind_is_read() {
         let (live, killed) = (folder("live"), folder("killed"));
         let (_recorder, path) = recorder(&live, "bag.db3");
-        // The recorder is still running, so its log is not yet in the file. A copy of both equals the files of a killed one.
+        // The recorder still runs, so its log is not yet merged. A copy of both files equals the files after the recorder was
+        // killed.
         for name in ["bag.db3", "bag.db3-wal"] {
             std::fs::copy(live.join(name), killed.join(name)).unwrap();
         }

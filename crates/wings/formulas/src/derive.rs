@@ -1,4 +1,4 @@
-//! A robot's functions as formulas, with the symbols in its file or in the request.
+//! Writes a robot's functions as formulas, with the symbols of its file or of the request.
 
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};
@@ -12,10 +12,10 @@ use crate::listing::{OutputEntry, output_name};
 use crate::request::DeriveRequest;
 use crate::symbols::KeptSymbols;
 
-/// The formulas of a request as the text of one file; `made_by`: the command in its head.
+/// Writes the requested formulas as the text of one file. `made_by`: the command that is named in the head of the file.
 ///
-/// Fails where a function, a symbol or an entry does not exist, where the description lacks a needed number, where the rank of
-/// the base regressor is ambiguous, and for robots with a long or large derivation, unless `any_size`.
+/// Fails if a function, a symbol or an entry does not exist, if the description lacks a needed number, if the rank of the base
+/// regressor is ambiguous, or, unless `any_size`, if the derivation would be long.
 pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: bool) -> Result<String, Error> {
     check_size(robot, any_size)?;
     let RobotFormulas { doc, functions, constants } =
@@ -31,7 +31,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     };
     let mut formulas = functions.into_iter().map(formulas).collect::<Result<Vec<_>, _>>()?;
     for k in 1..formulas.len() {
-        // Two names may give one identifier.
+        // Two names may become the same identifier.
         while formulas[..k].iter().any(|f| f.function.name == formulas[k].function.name) {
             formulas[k].function.name.push('_');
         }
@@ -39,7 +39,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     formula_file(&doc, &formulas, request.language, made_by).map_err(Error::new)
 }
 
-/// The requested functions.
+/// The requested functions of the robot.
 fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, Error> {
     let functions: Vec<RobotFunction> =
         request.function.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
@@ -59,7 +59,7 @@ fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, 
     }
 }
 
-/// The entry with this name: `A[1,2]`, `tau[3]`.
+/// The output entry with this name, such as `A[1,2]` or `tau[3]`.
 fn place(function: &Function, text: &str) -> Result<OutputEntry, Error> {
     let there = || {
         let shape = |o: &expr::Output| match o.columns {

@@ -1,8 +1,9 @@
-//! The determinant of the Jacobian of a link.
+//! The determinant of the Jacobian of a link, as a formula.
 //!
-//! It is independent of the axes and of the reference point of the velocities. The cheapest choice is taken: for an arm with a
-//! spherical wrist the axis intersection, which gives a product of the wrist's and the arm's determinants. With other than six
-//! coordinates it is the determinant of J^T J, or J J^T, the square of the manipulability [Yoshikawa 1985], in the link's frame.
+//! It does not depend on the axes and on the reference point of the velocities, so the cheapest choice is used: for an arm with a
+//! spherical wrist the axis intersection, which gives the product of the wrist's and the arm's determinants. If the link has not
+//! six coordinates, the result is the determinant of J^T J or J J^T, the square of the manipulability [Yoshikawa 1985], in the
+//! link's frame.
 
 use std::collections::HashMap;
 
@@ -14,7 +15,7 @@ use modeling::LinkFrame;
 use modeling::ReferenceFrame;
 use modeling::building::{NULL, add, cross};
 
-/// Determinant of the Jacobian of a link with six coordinates, else of J^T J or J J^T: input `q`, output `det`.
+/// Determinant of the Jacobian of a link with six coordinates, else of J^T J or J J^T. Input `q`, output `det`.
 pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Function {
     let frame = &frame.into();
     let n = derivation.robot().n_coordinates();
@@ -43,7 +44,7 @@ pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFr
     least.map_or_else(|| made(derivation.graph(), Expr::ONE), |(_, function)| function)
 }
 
-/// The Jacobian of a link in the axes of another that carries it, for the point of the link at the other's origin.
+/// The Jacobian of `link` in the axes of the link `at`, which carries it, for the point of `link` that is at the origin of `at`.
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
     let robot = derivation.robot();
@@ -52,8 +53,8 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
             let moved: Vec<LinkId> =
                 between.filter(|j| robot.link(*j).joint.variable.terms.iter().any(|t| t.0.0 == k)).collect();
-            // A coordinate that moves the other moves the link equally, unless it also moves joints between them. A coordinate of
-            // one joint between them is simplest in the frame of that joint.
+            // A coordinate that moves `at` moves `link` in the same way, unless it also moves joints between them. A coordinate
+            // of only one joint between them is simplest in the frame of that joint.
             let from = match moved[..] {
                 [] => at,
                 [joint] if derivation.twist(at, k).is_none() => joint,
@@ -66,7 +67,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let origin = derivation.at_place_of(NULL, from, &reference);
             let z = derivation.in_axes_of(twist.z, from, &reference);
             let d = derivation.in_axes_of(twist.d, from, &reference);
-            // From the origin of one to the origin of the other.
+            // The lever from one origin to the other.
             let g = derivation.graph();
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
@@ -75,7 +76,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
     (0..6).map(|r| columns.iter().map(|column| column[r]).collect()).collect()
 }
 
-/// J^T J (`columns_first`), or J J^T.
+/// J^T J if `columns_first`, else J J^T.
 fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Expr>> {
     let columns: Vec<Vec<Expr>> =
         (0..rows.first().map_or(0, Vec::len)).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
@@ -89,8 +90,8 @@ fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Ex
     vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
 }
 
-/// The determinant of a matrix: by blocks where its zeros allow that, else along the row with the most zeros; each minor is
-/// computed once.
+/// The determinant of a matrix: by blocks if its zeros allow that, else along the row with the most zeros. Each minor is computed
+/// once.
 struct Determinant<'a> {
     g: &'a mut Graph,
     rows: Vec<Vec<Expr>>,
@@ -123,13 +124,13 @@ impl Determinant<'_> {
         found
     }
 
-    /// Rows and the same number of columns outside which these rows are zero.
+    /// A set of rows, and an equally large set of columns outside which these rows are zero. `None` if there is no such block.
     fn block(&self, rows: u32, columns: u32) -> Option<(u32, u32)> {
         let mut subset = (rows - 1) & rows;
         while subset != 0 {
             let read = bits(subset).fold(0, |read, r| read | self.read(r, columns));
             if read.count_ones() <= subset.count_ones() {
-                // Fewer columns than rows: the determinant is zero, and any columns can be added.
+                // These rows use fewer columns than rows, so the determinant is zero; any columns complete the block.
                 let missing = bits(columns & !read).take((subset.count_ones() - read.count_ones()) as usize);
                 return Some((subset, missing.fold(read, |read, c| read | 1 << c)));
             }
@@ -160,7 +161,7 @@ fn bits(set: u32) -> impl Iterator<Item = usize> {
     (0..32).filter(move |k| set >> k & 1 == 1)
 }
 
-/// Number of exchanges that bring a subset to the front of a set, modulo two.
+/// Number of exchanges, modulo two, that bring a subset to the front of a set.
 fn places(subset: u32, set: u32) -> usize {
     let place = |k: usize| (set & ((1 << k) - 1)).count_ones() as usize;
     bits(subset).enumerate().map(|(front, k)| place(k) - front).sum()

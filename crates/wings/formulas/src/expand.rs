@@ -1,7 +1,7 @@
-//! Entries expanded to sums of products of symbols, sines and cosines.
+//! Expands entries to sums of products of symbols, sines and cosines.
 //!
-//! sin^2 becomes 1 - cos^2, so that terms cancel that only this identity makes equal. The sine and the cosine of a named sum of
-//! angles (C23) are one factor, as in textbooks.
+//! sin^2 is replaced by 1 - cos^2, so that terms cancel that are equal only by this identity. The sine and the cosine of a named
+//! sum of angles (C23) are one factor, as in textbooks.
 
 use std::collections::BTreeMap;
 
@@ -9,22 +9,22 @@ use expr::{Expr, Function, Node};
 
 use crate::listing::{Listing, ListingNames, OutputEntry, Term, TermReader, sum};
 
-/// Factors (nodes) with their powers, in the order of the nodes.
+/// A product: factors (indices of nodes) with their powers, in the order of the nodes.
 type Monomial = Vec<(usize, u32)>;
-/// Coefficients, each with the sum of the magnitudes that it was summed from.
+/// A sum of products: each has its coefficient, and the sum of the magnitudes of all terms in this coefficient.
 type Polynomial = BTreeMap<Monomial, (f64, f64)>;
 
-/// More terms than anybody reads.
+/// Greatest number of terms of an expansion; nobody reads more.
 const MAX_TERMS: usize = 20_000;
-/// Coefficient over the sum of its magnitudes below which it is rounding.
+/// A coefficient counts as cancelled if it is below this share of the sum of its magnitudes.
 const CANCELLED: f64 = 1e-14;
 
-/// Why an expansion is not written.
+/// The reason why an expansion is not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TooLong {
-    /// It has more terms than this number.
+    /// The expansion has more terms than this number.
     Terms(usize),
-    /// It has a quotient or a root, so it is no sum of products.
+    /// The entry has a quotient or a root, so it cannot be a sum of products.
     Quotient,
 }
 
@@ -41,7 +41,7 @@ impl std::fmt::Display for TooLong {
 
 impl std::error::Error for TooLong {}
 
-/// The function, or one entry of it, expanded.
+/// The function, or only the entry `place`, expanded.
 pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Result<Listing, TooLong> {
     let mut expansion = Expansion { function, squares: squares(function), of_node: BTreeMap::new() };
     let graph = function.graph();
@@ -54,7 +54,7 @@ pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Resul
             }
         }
     }
-    // The factors that the entries use, and the factors that these are computed from.
+    // Find the factors that the entries use, and the factors from which these are computed.
     let mut read = vec![false; graph.nodes().len()];
     for (factor, _) in values.values().flat_map(BTreeMap::keys).flatten() {
         read[*factor] = true;
@@ -78,7 +78,7 @@ pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Resul
     Ok(Listing::around(function, function, &names, assignments, place, |i, k| term(&values[&(i, k)], &names)))
 }
 
-/// Marks the factors that the node n is computed from.
+/// Marks the factors from which the node n is computed.
 fn mark(function: &Function, n: usize, read: &mut [bool]) {
     for e in expr::operands(function.graph().nodes()[n]) {
         if is_factor(function, e.node()) {
@@ -89,7 +89,7 @@ fn mark(function: &Function, n: usize, read: &mut [bool]) {
     }
 }
 
-/// Whether a node is one factor: a symbol, a sine or a cosine, also of a named sum of angles.
+/// Whether a node is one factor: a symbol, or a sine or cosine (also of a named sum of angles).
 fn is_factor(function: &Function, n: usize) -> bool {
     let of_sum =
         |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
@@ -100,7 +100,7 @@ fn is_factor(function: &Function, n: usize) -> bool {
     }
 }
 
-/// For each sine (a node), the cosine of the same angle.
+/// For each sine (index of its node), the node of the cosine of the same angle.
 fn squares(function: &Function) -> BTreeMap<usize, usize> {
     let graph = function.graph();
     let place = |wanted: Node| graph.nodes().iter().position(|node| *node == wanted);
@@ -160,7 +160,7 @@ impl Expansion<'_> {
             },
             _ => return Err(TooLong::Quotient),
         };
-        // Coefficients that cancel up to rounding are dropped.
+        // Drops coefficients that cancel up to rounding.
         value.retain(|_, (x, size)| x.abs() > CANCELLED * *size);
         if value.len() > MAX_TERMS { Err(TooLong::Terms(MAX_TERMS)) } else { Ok(value) }
     }
@@ -180,7 +180,7 @@ impl Expansion<'_> {
         Ok(product)
     }
 
-    /// Adds a product; sin^2 in it becomes 1 - cos^2.
+    /// Adds a product to `sum`, with sin^2 replaced by 1 - cos^2.
     fn reduced(&self, mut powers: BTreeMap<usize, u32>, (x, size): (f64, f64), sum: &mut Polynomial) {
         let square =
             powers.iter().find(|(factor, power)| **power >= 2 && self.squares.contains_key(factor)).map(|p| *p.0);
@@ -207,7 +207,7 @@ fn scaled(a: &Polynomial, factor: f64) -> Polynomial {
     a.iter().map(|(m, (x, size))| (m.clone(), (factor * x, factor.abs() * size))).collect()
 }
 
-/// The polynomial in the names of its factors.
+/// Writes a polynomial with the names of its factors.
 fn term(polynomial: &Polynomial, names: &ListingNames) -> Term {
     let product = |(monomial, (x, _)): (&Monomial, &(f64, f64))| {
         let mut negative = *x < 0.0;

@@ -1,7 +1,7 @@
-//! Functions as formulas for people and for computer algebra systems: one file per language.
+//! Writes functions as formulas for people and for computer algebra systems: one file in one language.
 //!
-//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A language is a
-//! grammar ([`print`]) and the frame of its file.
+//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A language is
+//! defined by a grammar ([`print`]) and the frame of its file.
 
 use expr::Function;
 
@@ -10,34 +10,34 @@ use crate::listing::{Listing, OutputEntry};
 use crate::shown::PrintedFunction;
 use crate::{latex, matlab, sympy, text};
 
-/// The language of formulas.
+/// The language of a formula file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormulaLanguage {
-    /// Lines `w3_z = w2_z + dq3`.
+    /// Plain text with lines such as `w3_z = w2_z + dq3`.
     Text,
-    /// `align*` environments.
+    /// LaTeX: `align*` environments.
     Latex,
-    /// Python functions of SymPy's expressions.
+    /// Python functions with expressions of SymPy.
     Sympy,
-    /// A function of MATLAB or Octave.
+    /// A function for MATLAB or Octave.
     Matlab,
 }
 
-/// A function with its description.
+/// A function with its description and the choice of its form.
 pub struct Formulas {
     /// Lines that describe the function.
     pub doc: Vec<String>,
-    /// The function, with the named constants that stay symbols.
+    /// The function; constants with names stay symbols.
     pub function: Function,
-    /// The one entry to print; `None` for all.
+    /// The one entry to print; `None`: all entries.
     pub place: Option<OutputEntry>,
     /// Whether each entry is expanded to a sum of products.
     pub is_expanded: bool,
 }
 
-/// The file of these functions; `doc` are the lines of its head, `made_by` is the command that writes the file again.
+/// The text of a file of these functions. `doc`: lines of its head; `made_by`: the command that writes the file again.
 ///
-/// Fails where an expansion has too many terms or has quotients in it.
+/// Fails if an expansion has too many terms or contains quotients.
 pub fn formula_file(
     doc: &[String],
     functions: &[Formulas],
@@ -63,8 +63,8 @@ pub fn formula_file(
     })
 }
 
-/// The names, in the language, of each entry of each input of a function, in the order of the inputs, then of the symbols that
-/// stay: everything that a user of the file assigns a value to.
+/// The names, in this language, of everything that a user of the file assigns a value to: the entries of each input of the
+/// function, in the order of the inputs, then the symbols that stay.
 pub fn printed_symbols(function: &Function, language: FormulaLanguage) -> Vec<String> {
     let listing = Listing::of(function, None);
     let print: fn(&str) -> String = match language {

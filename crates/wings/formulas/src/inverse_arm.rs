@@ -1,6 +1,6 @@
-//! Arms with an inverse geometric model in closed form ([`crate::inverse_geometry`]), and their joints.
+//! Finds the class of an arm that has an inverse geometric model in closed form ([`crate::inverse_geometry`]), and its joints.
 //!
-//! An arm whose first three axes meet has a spherical wrist when it is read from its end: of
+//! If the first three axes of an arm meet, the arm read from its end has a spherical wrist. With
 //!
 //! ```text
 //! T_06 = prod_i Rx(alpha_i) Tx(d_i) Rz(theta_i) Tz(r_i)
@@ -9,7 +9,7 @@
 //! the inverse has the form of the first line with theta'_k = -theta_(7-k), r'_k = -r_(7-k), alpha'_k = -alpha_(8-k), d'_k =
 //! -d_(8-k).
 //!
-//! An axis that is antiparallel to the axis before it becomes parallel when its frame is turned about x:
+//! If an axis is antiparallel to the previous axis, a half turn of its frame about x makes it parallel:
 //!
 //! ```text
 //! Rx(pi) Tx(d_i) Rz(theta_i) Tz(r_i) = Tx(d_i) Rz(-theta_i) Tz(-r_i) Rx(pi)
@@ -21,7 +21,7 @@ use robot::{JointKind, LinkId, Robot};
 use modeling::Derivation;
 use modeling::building::{Angle, Geometry};
 
-/// The reason why an arm has none of these closed forms.
+/// The reason why an arm has no closed form here.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoClosedForm(String);
 
@@ -39,15 +39,15 @@ impl std::fmt::Display for NoClosedForm {
 
 impl std::error::Error for NoClosedForm {}
 
-/// A joint of the arm: alpha and d, then theta and r including gamma and b of the next link.
+/// A joint of the arm: alpha and d of its link, then theta and r, which include gamma and b of the next link.
 #[derive(Clone)]
 pub(crate) struct ArmJoint {
-    /// Quarter turns.
+    /// Angle alpha in quarter turns.
     pub alpha: i64,
     pub d: Expr,
     pub offset: Angle,
     pub r: Expr,
-    /// Whether the coordinate is added to r, and not to theta.
+    /// Whether the joint is prismatic: its coordinate is added to r instead of theta.
     pub slides: bool,
     /// Index of its coordinate among the coordinates of the six joints.
     pub column: usize,
@@ -55,7 +55,7 @@ pub(crate) struct ArmJoint {
 }
 
 impl ArmJoint {
-    /// sin(alpha), for an odd number of quarter turns.
+    /// sin(alpha) if alpha is an odd number of quarter turns.
     pub(crate) fn sine(&self) -> f64 {
         if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
     }
@@ -69,27 +69,27 @@ impl ArmJoint {
     }
 }
 
-/// Classes of arms, each with one method of solution.
+/// Classes of arms; each has one method of solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
-    /// A spherical wrist behind two parallel axes.
+    /// Axes 2 and 3 are parallel, followed by a spherical wrist.
     Wrist,
-    /// A spherical wrist behind a joint that slides across axis 2.
+    /// Joint 3 is prismatic at a right angle to axis 2, followed by a spherical wrist.
     WristOfSlide,
-    /// Axes 2, 3 and 4 parallel.
+    /// Axes 2, 3 and 4 are parallel.
     ParallelAxes,
 }
 
-/// An arm of a class.
+/// An arm with its class.
 pub(crate) struct Arm {
     pub joints: [ArmJoint; 6],
     pub class: Class,
-    /// Whether the arm is read from its end.
+    /// Whether the arm is read from its end to its base.
     pub is_reversed: bool,
 }
 
 impl Arm {
-    /// The arm that ends with this link. Fails where it belongs to no class from either end.
+    /// The arm that ends with `link`. Fails if it belongs to no class, neither from the base nor from the end.
     pub(crate) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
         let arm = |mut joints, is_reversed| {
@@ -101,14 +101,14 @@ impl Arm {
     }
 }
 
-/// The links from the base to this one.
+/// The links from the base to `link`.
 pub(crate) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
     let mut chain: Vec<LinkId> = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).collect();
     chain.reverse();
     chain
 }
 
-/// The six joints from the base to a link. Other joints of the robot, of a gripper for example, do not matter.
+/// The six joints from the base to a link. Other joints of the robot, for example of a gripper, do not matter.
 fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], NoClosedForm> {
     let robot = derivation.robot();
     let chain = chain(robot, link);
@@ -117,7 +117,8 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         return refused(format!("{} joints lead to the link", chain.len()));
     }
     let mut joints: Vec<ArmJoint> = Vec::new();
-    // each joint must follow one coordinate of its own by +-1, about axes at right angles or parallel
+    // Each joint must follow one coordinate of its own by +-1, and its axis must be parallel or at a right angle to the previous
+    // one.
     for j in chain {
         let link = robot.link(j);
         let Geometry { gamma, b, alpha, d, theta, r } = derivation.geometry(j);
@@ -131,7 +132,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         if !joints.is_empty() && !alpha.terms.is_empty() {
             return refused(format!("the axis of {} is oblique", link.name));
         }
-        // gamma and b of this link act about and along the axis before: theta and r of the joint before
+        // gamma and b of this link act about and along the previous axis, so they add to theta and r of the previous joint.
         if let Some(last) = joints.last_mut() {
             last.offset = last.offset.plus(&gamma);
             last.r = derivation.graph().add(last.r, b);
@@ -140,7 +141,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         let alpha = alpha.quarter_turns;
         joints.push(ArmJoint { alpha, d, offset: theta, r, slides, column: coordinate.0, sign });
     }
-    // columns count the coordinates of the arm only
+    // Columns are numbered among the coordinates of the arm only.
     let all: Vec<usize> = joints.iter().map(|joint| joint.column).collect();
     for joint in &mut joints {
         joint.column = all.iter().filter(|other| **other < joint.column).count();
@@ -148,7 +149,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
     joints.try_into().or_else(|_| refused("there are not six joints".into()))
 }
 
-/// Turns the frames of joints whose axes are antiparallel to the axis before, so that they become parallel.
+/// Rotates the frames of joints whose axes are antiparallel to the previous axis, so that they become parallel.
 fn align(joints: &mut [ArmJoint; 6]) {
     for k in 1..6 {
         if joints[k].alpha.rem_euclid(4) == 2 {
@@ -161,7 +162,7 @@ fn align(joints: &mut [ArmJoint; 6]) {
     }
 }
 
-/// The arm read from its end; alpha and d of the first joint and r of the last joint belong to no joint and are 0.
+/// The arm read from its end. alpha and d of the first joint and r of the last joint belong to no joint; they are 0.
 fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     std::array::from_fn(|k| {
         let (joint, behind) = (&joints[5 - k], joints.get(6 - k));
@@ -169,7 +170,7 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
             alpha: behind.map_or(0, |b| -b.alpha),
             d: behind.map_or(Expr::ZERO, |b| -b.d),
             offset: joint.offset.negated(),
-            // The target excludes r of both ends.
+            // The target pose excludes r of both ends.
             r: if k == 0 || k == 5 { Expr::ZERO } else { -joint.r },
             sign: -joint.sign,
             ..joint.clone()
@@ -177,13 +178,13 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     })
 }
 
-/// The class of an arm, or the reason why it belongs to none.
+/// The class of an arm, or the reason why it has none.
 fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, NoClosedForm> {
     let refused = |text: &str| Err(NoClosedForm(text.into()));
     if let Some(k) = [one, two, four, five, six].iter().position(|joint| joint.slides) {
         return refused(&format!("joint {} slides", [1, 2, 4, 5, 6][k]));
     }
-    // all classes: axis 2 across axis 1, axes 4, 5 and 6 one across the other
+    // In all classes axis 2 is at a right angle to axis 1, and axes 5 and 6 to their previous axes.
     if !two.is_across() {
         return refused("axis 2 is not across axis 1");
     }
@@ -195,7 +196,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
             return refused(&format!("axes {before} and {after} do not cross at right angles"));
         }
     }
-    // Stanford arm: the wrist's centre lies on the axis of the sliding joint
+    // As in the Stanford arm: the wrist centre lies on the axis of the prismatic joint.
     if three.slides {
         let behind = if four.is_across() { four.r } else { Expr::ZERO };
         return match three.is_across() && four.d.is_zero() && five.r.is_zero() && behind.is_zero() {
@@ -206,7 +207,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
     if three.d.is_zero() {
         return refused("axes 2 and 3 are one");
     }
-    // parallel axes, or a spherical wrist at a distance from axis 3
+    // Either parallel axes, or a spherical wrist at a distance from axis 3.
     match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
         (true, ..) if !four.d.is_zero() => Ok(Class::ParallelAxes),
         (_, true, true) if four.d.is_zero() && four.r.is_zero() => refused("axes 4, 5 and 6 meet on axis 3"),

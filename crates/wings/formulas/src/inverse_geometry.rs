@@ -1,37 +1,37 @@
-//! The inverse geometric model of arms with six joints, all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
-//! chapter 4].
+//! The inverse geometric model of arms with six joints, with all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre
+//! 2002, chapter 4].
 //!
-//! Three classes of arms ([`crate::inverse_arm`]), all with the second axis across the first and the last three axes one across
-//! the other:
+//! There are three classes of arms ([`crate::inverse_arm`]). In all of them axis 2 is at a right angle to axis 1, axis 5 to axis
+//! 4, and axis 6 to axis 5:
 //!
 //! ```text
 //! spherical wrist   axes 2 and 3 parallel, axes 4, 5 and 6 meet in a point                     Puma 560, RX90
 //!                   joint 3 slides across axis 2, axes 4, 5 and 6 meet in a point of its axis   Stanford arm
 //! parallel axes     axes 2, 3 and 4 parallel                                                   UR5
 //! ```
-//! and the same arms from the other end: with the first three axes meeting in a point, or axes 3, 4 and 5 parallel. Let W be the
-//! wrist's centre, or O_5, in the frame that the first joint turns. The component of W along axis 2 is a length h:
+//! and the same arms from the other end: the first three axes meet in a point, or axes 3, 4 and 5 are parallel. Let W be the
+//! wrist centre, or O_5, in the frame that joint 1 rotates. The component of W along axis 2 is a known length h:
 //!
 //! ```text
 //! -S1 W_x + C1 W_y = -sin(alpha_2) h              two angles: W_x, W_y and the root of W_x^2 + W_y^2 - h^2
 //! u = d_3 c2 + (x c23 - y s23), v = ...           u^2 + v^2 gives theta_3, two angles; then u, v give theta_2
 //! ```
-//! (x, y) is the wrist's centre in frame 3, or (d_4, 0). Where joint 3 slides, u^2 + v^2 gives r_3, with two signs. The wrist
-//! angles follow from the direction of axis 6, with two signs of sin theta_5. With parallel axes the wrist angles come before
-//! theta_3, since they determine O_4.
+//! (x, y) is the wrist centre in frame 3, or (d_4, 0). If joint 3 is prismatic, u^2 + v^2 gives r_3, with two signs. The wrist
+//! angles follow from the direction of axis 6, with two signs of sin theta_5. In the class of parallel axes the wrist angles come
+//! before theta_3, because they determine O_4.
 //!
-//! Singular poses have solutions too. No angle is a quotient of differences that may vanish: of theta_4 and theta_6 one is a
-//! direction, and the other follows from the remaining orientation. Where this direction has a length below 1e-13, it is rounding
-//! (axis 6 along axis 4 or along the parallel axes, W on axis 1 or 2). Then its angle is free: it is set to q = 0, and the others
-//! follow. The angles of a triangle of sides A, B, c follow by Heron's formula, the root of four factors that are sums and
-//! differences of lengths. A factor below zero by less than 1e-13 m is set to zero: the arm is stretched or folded. With parallel
-//! axes a free theta_6 moves O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0; solutions of the other sign bring
-//! O_4 as near to axis 2 as possible, or as far from it where nearest is too near. So one solution is in reach if any is (for
-//! arms with |r_5| below the shorter of d_3 and d_4). Above 1e-13 rounding still turns theta_6, and a nearly stretched arm would
-//! miss O_4: theta_6 is shifted towards the angle where O_4 is in reach, by less than rounding moves the orientation of the last
-//! link.
+//! Singular poses have solutions too. No angle is a quotient of differences that may vanish: one of theta_4 and theta_6 is the
+//! direction of a vector, and the other follows from the remaining orientation. If this vector is shorter than 1e-13, it is
+//! rounding (axis 6 along axis 4 or along the parallel axes, W on axis 1 or 2). Then its angle is free: it is set to q = 0, and
+//! the others follow. The angles of a triangle with sides A, B, c follow from Heron's formula, a root of four factors that are
+//! sums and differences of lengths. A factor that is negative by less than 1e-13 m is set to zero: the arm is stretched or
+//! folded. In the class of parallel axes a free theta_6 moves O_4 about O_5. Solutions with one sign of sin theta_5 have q_6 = 0;
+//! solutions with the other sign bring O_4 as near to axis 2 as possible, or, if that is too near, as far from it as possible. So
+//! at least one solution is in reach if any is (for arms with |r_5| below the shorter of d_3 and d_4). Slightly above 1e-13
+//! rounding still rotates theta_6, and a nearly stretched arm would miss O_4. Therefore theta_6 is shifted towards the angle at
+//! which O_4 is in reach, by less than rounding changes the orientation of the last link.
 //!
-//! The outputs are sines and cosines: q = atan2(sin_q, cos_q). The entries of a solution that is out of reach are NaN.
+//! The outputs are sines and cosines: q = atan2(sin_q, cos_q). If a solution is out of reach, its entries are NaN.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::Pose;
@@ -44,25 +44,26 @@ use modeling::building::{Placement, Vector, ZRotation, add, constants, dot};
 
 /// Number of solutions of an arm.
 const SOLUTIONS: usize = 8;
-/// Shift of theta_6 towards the angle in reach, over the length of its vector.
+/// Shift of theta_6 towards the angle in reach, as a share of the length of its vector.
 const SHIFT_SHARE: f64 = 1e-14;
 
-/// A configuration: the angle of each joint, theta with its offset, and r_3 of a joint that slides.
+/// One solution: the angle theta of each joint, including its offset, and r_3 if joint 3 is prismatic.
 struct Solution {
     turns: [ZRotation; 6],
     slide: Expr,
 }
 
-/// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6), one row
-/// per solution, one column for each of the arm's six joints; NaN where the pose is out of reach. At a singular pose the free
-/// angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
+/// The inverse geometric model of the arm that ends with a frame. Input `t` (3 x 4): the pose of the frame in the base. Outputs
+/// `sin_q`, `cos_q` (8 x 6): one row per solution, one column per joint of the arm; NaN if the pose is out of reach. At a
+/// singular pose the free angle is 0. If a joint is prismatic, its coordinate is in a third output `slide` (8), and its sine and
+/// cosine are 0 and 1.
 ///
-/// Fails where the arm has none of the closed forms of the module `inverse_arm`.
+/// Fails if the arm has none of the closed forms of the module `inverse_arm`.
 pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
     let frame = &frame.into();
     let arm = Arm::new(derivation, frame.link)?;
     let chain = chain(derivation.robot(), frame.link);
-    // b of link 2 is along axis 1, so the angle of joint 1 does not change it.
+    // b of link 2 is along axis 1, so it does not depend on the angle of joint 1.
     let second = chain.get(1).map_or(Expr::ZERO, |&j| derivation.geometry(j).b);
     let last = derivation.geometry(frame.link).r;
     let first = derivation.placement(chain[0]).clone();
@@ -74,7 +75,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     let joints = &arm.joints;
     let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
     let mut slides = Vec::new();
-    // the eight solutions are the signs of three roots: theta_1, theta_3 (or r_3), sin theta_5
+    // The eight solutions are the signs of three roots: of theta_1, of theta_3 (or r_3), of sin theta_5.
     for k in 0..SOLUTIONS {
         let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
         let solution = match arm.class {
@@ -105,9 +106,9 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
 }
 
-/// The desired pose of the last link, in the frame before the first joint turns.
+/// The desired pose of the last link, in the frame before joint 1.
 struct Target {
-    /// Columns of its orientation.
+    /// Columns x, y, z of the orientation; p: position.
     x: Vector,
     y: Vector,
     z: Vector,
@@ -131,7 +132,7 @@ impl Target {
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }
     }
 
-    /// The inverse pose, for the arm read from its end: the frame before the first joint, seen from the last link's frame, moved
+    /// The inverse pose, for the arm read from its end: the frame before joint 1, seen from the frame of the last link, shifted
     /// by r_6 along axis 6.
     fn reversed(&self, g: &mut Graph, r: Expr) -> Target {
         let Target { x, y, z, p } = *self;
@@ -140,15 +141,15 @@ impl Target {
         Target { x: [x[0], y[0], z[0]], y: [x[1], y[1], z[1]], z: [x[2], y[2], z[2]], p: [px, py, g.add(pz, r)] }
     }
 
-    /// The point of axis 6 at a distance r_6 before its origin.
+    /// The point on axis 6 that is r_6 before its origin.
     fn before(&self, g: &mut Graph, r: Expr) -> Vector {
         let shift = self.z.map(|z| g.mul(r, z));
         std::array::from_fn(|i| g.sub(self.p[i], shift[i]))
     }
 }
 
-/// theta_1 that brings W to h along axis 2, -S1 W_x + C1 W_y = -sin(alpha_2) h, and the distance of W from axes 1 and 2 along x
-/// of frame 1.
+/// theta_1 that gives W the component h along axis 2, -S1 W_x + C1 W_y = -sin(alpha_2) h; and the distance of W from axes 1 and 2
+/// along x of frame 1.
 fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (ZRotation, Expr) {
     let b = signed(h, -two.sine());
     let distance = norm(g, [W[0], W[1]]);
@@ -166,7 +167,7 @@ fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_
     (direction(g, turn, distance, free), a)
 }
 
-/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) in the plane across axis 2.
+/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v), in the plane normal to axis 2.
 fn arm_turns(
     g: &mut Graph,
     [two, three]: [&ArmJoint; 2],
@@ -174,8 +175,8 @@ fn arm_turns(
     to: [Expr; 2],
     is_other: bool,
 ) -> [ZRotation; 2] {
-    // X = d + x C3 - y S3 and l = x S3 + y C3, of the triangle of sides A = |d|, B = |(x, y)| and c = |(u, v)|:
-    // 2 d X = c^2 + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
+    // Let X = d + x C3 - y S3 and l = x S3 + y C3, in the triangle with sides A = |d|, B = |(x, y)| and c = |(u, v)|: 2 d X = c^2
+    // + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
     let d = three.d;
     let (A, B, c) = (norm(g, [d, Expr::ZERO]), norm(g, point), norm(g, to));
     let (sum, difference) = (g.add(A, B), g.sub(A, B));
@@ -203,7 +204,8 @@ fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: b
     (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
-/// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1, m.
+/// Coordinates u, v of a point in the plane normal to axis 2, from its distance `a` along x of frame 1 and its height along axis
+/// 1, m.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };
     [g.sub(a, two.d), v]
@@ -225,19 +227,19 @@ fn with_wrist(
     let place = in_plane(g, j2, a, W[2]);
     let (second, third, length) = if slides {
         let (second, length) = slide(g, [j2, j3], place, three);
-        // The wrist's centre is at r_4 from O_3.
+        // The wrist centre is at distance r_4 from O_3.
         let behind = if j4.is_across() { Expr::ZERO } else { j4.r };
-        // The rotation of the sliding link about its axis is constant.
+        // The prismatic link does not rotate about its axis, so this angle is constant.
         let fixed = j3.offset.turn(g);
         (second, fixed, g.sub(length, behind))
     } else {
-        // In frame 3 the wrist's centre is (d_4, -r_4 sin alpha_4, 0).
+        // In frame 3 the wrist centre is (d_4, -r_4 sin alpha_4, 0).
         let y = signed(j4.r, -j4.sine());
         let [second, third] = arm_turns(g, [j2, j3], [j4.d, y], place, three);
         (second, third, Expr::ZERO)
     };
 
-    // Axes of the last link in frame 3, then before theta_4 turns.
+    // Axes of the last link in frame 3, then in the frame before theta_4.
     let seen = |g: &mut Graph, v: Vector| {
         let v = first.turned(g, v);
         let v = about_x(v, -j2.alpha);
@@ -254,7 +256,7 @@ fn with_wrist(
     let axes = [target.x, target.y, target.z].map(|axis| seen(g, axis));
     let [x, y, z] = axes;
     let (s5, s6) = (j5.sine(), j6.sine());
-    // z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5); once theta_4 is turned back, the row along y is (-s5 s6 S6, -s5 s6 C6, 0).
+    // z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5). After the rotation by -theta_4 the row along y is (-s5 s6 S6, -s5 s6 C6, 0).
     let size = norm(g, [z[0], z[1]]);
     let sign = if five { -s6 } else { s6 };
     let free = j4.offset.turn(g);
@@ -311,9 +313,9 @@ fn with_parallel_axes(
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
 }
 
-/// theta_6, times a length, where axis 6 is along the parallel axes, so any theta_6 turns the last link alike: O_4 = O_5 - r_5
-/// z_5 comes as near to axis 2 as possible, or as far as possible where the nearest is nearer than |A - B|. `at`: O_5 along x of
-/// frame 1 and along axis 1, m.
+/// A vector with the angle theta_6, for the case that axis 6 is along the parallel axes and theta_6 is free. O_4 = O_5 - r_5 z_5
+/// comes as near to axis 2 as possible, or as far as possible if the nearest is nearer than |A - B|. `at`: coordinates of O_5
+/// along x of frame 1 and along axis 1, m.
 fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRotation, at: [Expr; 2]) -> ZRotation {
     let [_, j2, j3, j4, j5, j6] = joints;
     if j5.r.is_zero() {
@@ -336,9 +338,9 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRota
     ZRotation { cos, sin }
 }
 
-/// A vector of an angle, shifted towards another one by [`SHIFT_SHARE`] of the other's length: less than the accuracy of the
-/// pose's orientation, but more than the rounding of a vector that is hardly longer than rounding. Such rounding would put the
-/// elbow out of reach.
+/// A vector, shifted towards another vector by [`SHIFT_SHARE`] of the other's length. This is less than the accuracy of the
+/// pose's orientation, but more than the rounding of a vector that is hardly longer than rounding, which would put the elbow out
+/// of reach.
 fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     let share = g.constant(SHIFT_SHARE);
     [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {
@@ -347,13 +349,13 @@ fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     })
 }
 
-/// The sum of two angles.
+/// The sum of two angles, by their sines and cosines.
 fn together(g: &mut Graph, a: ZRotation, b: ZRotation) -> ZRotation {
     let [cc, ss, sc, cs] = [(a.cos, b.cos), (a.sin, b.sin), (a.sin, b.cos), (a.cos, b.sin)].map(|(a, b)| g.mul(a, b));
     ZRotation { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
 }
 
-/// A vector turned about x by quarter turns: Rx v.
+/// A vector rotated about x by a number of quarter turns: Rx v.
 fn about_x([x, y, z]: Vector, quarter_turns: i64) -> Vector {
     match quarter_turns.rem_euclid(4) {
         0 => [x, y, z],

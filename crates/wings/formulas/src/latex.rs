@@ -1,4 +1,4 @@
-//! Formulas as LaTeX: one `align*` per function, for `\input` into a document with amsmath.
+//! Writes formulas as LaTeX: one `align*` per function, for `\input` into a document with amsmath.
 
 use crate::print::{Grammar, comment, place};
 use crate::shown::PrintedFunction;
@@ -14,10 +14,10 @@ const GRAMMAR: Grammar = Grammar {
     variable,
 };
 
-/// Characters of an equation before a line break at a sign.
+/// Number of characters of an equation after which the next sign begins a new line.
 const WIDTH: usize = 120;
 
-/// The LaTeX file of these functions.
+/// The text of the LaTeX file of these functions.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("%", head);
     for PrintedFunction { name, doc, listing } in functions {
@@ -42,7 +42,7 @@ pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     text
 }
 
-/// `left &= right`, with line breaks where it is long.
+/// The equation `left &= right`; it is broken into lines if it is long.
 fn equation(left: &str, parts: &[String]) -> String {
     let (mut text, mut width) = (format!("{left} &= "), 0);
     for part in parts {
@@ -56,13 +56,13 @@ fn equation(left: &str, parts: &[String]) -> String {
     text
 }
 
-/// A name with its index: `\dot{q}_{2}`, `\omega_{3,x}`, `C_{23}`, `\mathit{ZZR}_{2}`.
+/// A name in LaTeX with its index: `\dot{q}_{2}`, `\omega_{3,x}`, `C_{23}`, `\mathit{ZZR}_{2}`.
 pub(crate) fn variable(name: &str) -> String {
     let letters = name.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(name.len());
     let (letters, index) = name.split_at(letters);
     let index = index.trim_matches('_').replace('_', ",");
     let (symbol, mut index) = (symbol(letters), index);
-    // Names that differ only in trailing underscores get primes.
+    // Names that differ only in trailing underscores get different numbers of primes.
     index += &"'".repeat(name.len() - name.trim_end_matches('_').len());
     if index.is_empty() { symbol } else { format!("{symbol}_{{{index}}}") }
 }

@@ -1,11 +1,10 @@
-//! Wing: functions of a robot as formulas for people and for computer algebra systems.
+//! Wing for formulas: functions of a robot, written for people and for computer algebra systems.
 //!
-//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). A language is a
-//! grammar (`print`) and the frame of its file.
+//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). A language is
+//! defined by a grammar (`print`) and the frame of its file.
 //!
-//! What the core promises this wing: `modeling::formulas` derives the functions, with every length, angle and component of
-//! gravity as a named constant and every intermediate result under its name in Khalil's books. `expr` traverses a function node
-//! by node.
+//! Interfaces of the core for this wing: `modeling::formulas` derives the functions; every length, angle and component of gravity
+//! is a named constant, and every intermediate result has its name in Khalil's books. `expr` traverses a function node by node.
 
 #![warn(missing_docs)]
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]

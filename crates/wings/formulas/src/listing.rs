@@ -1,22 +1,22 @@
-//! A Function as readable assignments: a variable for each node that has a name or is used more than once, the others inline.
+//! A function as readable assignments: each node that has a name or is used more than once becomes a variable, others are inline.
 //!
-//! The operations are the graph's operations. A variable has the name of [`expr::Graph::name`]; sine and cosine of `q2` are `S2`
-//! and `C2`, and unnamed variables are `t1`, `t2`. A name stands for the value that was named: where the node holds its negative,
-//! the assignment and all its uses change the sign.
+//! The operations equal the operations of the graph. A variable has the name that [`expr::Graph::name`] gave it; the sine and the
+//! cosine of `q2` are `S2` and `C2`; unnamed variables are `t1`, `t2`. A name stands for the value that was named: if the node
+//! holds the negative of this value, the assignment and all uses change the sign.
 
 use std::collections::HashSet;
 
 use expr::{Expr, Function, Node, operands};
 
-/// An expression in variables and numbers.
+/// An expression made of variables and numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Term {
-    /// Not negative.
+    /// A number; never negative.
     Number(f64),
     Variable(String),
-    /// Summands, and whether each is subtracted; the first is not, unless all are.
+    /// Summands; the flag says whether a summand is subtracted. The first one is not subtracted, unless all are.
     Sum(Vec<(bool, Term)>),
-    /// Factors with their powers, a number first.
+    /// Factors with their powers; a number comes first.
     Product(Vec<(Term, u32)>),
     Quotient(Box<Term>, Box<Term>),
     Root(Box<Term>),
@@ -29,33 +29,33 @@ pub(crate) struct ListedOutput {
     pub name: String,
     pub rows: usize,
     pub columns: usize,
-    /// Row, column and value of the entries that are not zero for all inputs, row by row.
+    /// Entries as (row, column, value), row by row; entries that are zero for all inputs are omitted.
     pub entries: Vec<(usize, usize, Term)>,
-    /// Whether all entries are listed, not only chosen ones.
+    /// Whether all entries are listed, not only one chosen entry.
     pub is_whole: bool,
 }
 
-/// Assignments and the outputs computed from them.
+/// Assignments, and the outputs that are computed from them.
 pub(crate) struct Listing {
-    /// Name of each input, and names of its entries.
+    /// The name of each input, with the names of its entries.
     pub inputs: Vec<(String, Vec<String>)>,
-    /// Named constants that stay symbols.
+    /// Names of the constants that stay symbols.
     pub constants: Vec<String>,
     pub assignments: Vec<(String, Term)>,
     pub outputs: Vec<ListedOutput>,
 }
 
-/// An entry of an output: the output's number, row and column, from 0.
+/// An entry of an output: index of the output, row and column, all from 0.
 pub type OutputEntry = (usize, usize, usize);
 
-/// The names of a listing, one per named node, and whether the name stands for the negative of the node.
+/// The names of nodes; each with a flag whether the name stands for the negative of the node.
 pub(crate) struct ListingNames {
     of_node: Vec<Option<(String, bool)>>,
     taken: HashSet<String>,
     unnamed: usize,
 }
 
-/// Words that are reserved in one of the languages.
+/// Words that are reserved in at least one of the languages.
 const RESERVED: &str = "
     and as assert break case catch class continue cos def del elif else end except finally for from function
     global if import in is lambda Matrix not or otherwise parfor pass persistent pi raise return sin spmd
@@ -63,7 +63,7 @@ const RESERVED: &str = "
 ";
 
 impl ListingNames {
-    /// The names of inputs and constants; [`output_name`] names the outputs.
+    /// Names the inputs and the constants; [`output_name`] names the outputs.
     pub(super) fn of(function: &Function) -> ListingNames {
         let graph = function.graph();
         let taken =
@@ -78,7 +78,7 @@ impl ListingNames {
         names
     }
 
-    /// Gives a node this name, with underscores appended where the name is taken.
+    /// Gives a node this name. If the name is taken, underscores are appended.
     fn give(&mut self, node: usize, wanted: &str, negative: bool) {
         if self.of_node[node].is_some() {
             return;
@@ -107,7 +107,7 @@ impl ListingNames {
         }
     }
 
-    /// `2` for `q2`; the whole name for other variables.
+    /// The name of an angle after S or C: `2` for `q2`; the whole name, after an underscore, for other variables.
     fn angle(&self, a: Expr) -> String {
         let name = self.of_node[a.node()].as_ref().map_or("", |(name, _)| name.as_str());
         match name.strip_prefix('q').filter(|rest| !rest.is_empty()) {
@@ -120,19 +120,19 @@ impl ListingNames {
         self.of_node[node].as_ref()
     }
 
-    /// The names of these expressions.
+    /// The names of these expressions; empty for an expression without a name.
     fn texts(&self, entries: &[Expr]) -> Vec<String> {
         entries.iter().map(|e| self.name(e.node()).map_or(String::new(), |(name, _)| name.clone())).collect()
     }
 }
 
-/// The name of an output: `A` for a matrix `a`; longer names such as `tau` are unchanged.
+/// The name of an output: `A` for a matrix `a`. Longer names such as `tau` are unchanged.
 pub fn output_name(name: &str) -> String {
     if name.len() == 1 { name.to_uppercase() } else { name.to_string() }
 }
 
 impl Listing {
-    /// The listing of all of `function`, or of one entry.
+    /// The listing of `function`, or of only one entry.
     pub(super) fn of(function: &Function, place: Option<OutputEntry>) -> Listing {
         let only = place.map(|(output, row, column)| function.with_entries(output, &[(row, column)]));
         let shown = only.as_ref().unwrap_or(function);
@@ -154,8 +154,8 @@ impl Listing {
         })
     }
 
-    /// A listing of these assignments; `value` gives the entries by output and index. `names` belong to `shown`, the section of
-    /// `function` that is listed.
+    /// A listing with these assignments. `value` gives the entry from the index of the output and of the entry. `names` belong to
+    /// `shown`, the part of `function` that is listed.
     pub(super) fn around(
         function: &Function,
         shown: &Function,
@@ -186,7 +186,7 @@ impl Listing {
             outputs: outputs.map(output).collect(),
             assignments,
         };
-        // An expansion may have lost a constant.
+        // An expansion may not contain all constants any more.
         let mut read = HashSet::new();
         let entries = listing.outputs.iter().flat_map(|o| o.entries.iter().map(|(_, _, term)| term));
         listing.assignments.iter().map(|(_, term)| term).chain(entries).for_each(|term| collect(term, &mut read));
@@ -211,7 +211,7 @@ fn collect(term: &Term, read: &mut HashSet<String>) {
     }
 }
 
-/// Which nodes become variables: sines and cosines, nodes used more than once, and named nodes, unless only an output uses them.
+/// Which nodes become variables: sines, cosines, nodes used more than once, and named nodes, unless only an output uses them.
 fn variables(function: &Function) -> Vec<bool> {
     let graph = function.graph();
     let mut reads = vec![0_usize; graph.nodes().len()];
@@ -231,7 +231,7 @@ fn variables(function: &Function) -> Vec<bool> {
     graph.nodes().iter().enumerate().map(is_variable).collect()
 }
 
-/// Nodes as terms: variables by name, other nodes as expressions.
+/// Converts nodes to terms: variables become names, other nodes become expressions.
 pub(crate) struct TermReader<'a> {
     pub function: &'a Function,
     pub names: &'a ListingNames,
@@ -243,7 +243,7 @@ impl TermReader<'_> {
         if negative { negated(term) } else { term }
     }
 
-    /// The term of an expression, and whether it is subtracted.
+    /// The term of an expression, with a flag whether it is subtracted.
     fn operand(&self, e: Expr) -> (bool, Term) {
         match self.names.name(e.node()) {
             Some((name, negative)) => (e.is_negative() ^ negative, Term::Variable(name.clone())),
@@ -254,7 +254,7 @@ impl TermReader<'_> {
         }
     }
 
-    /// The term that a node computes.
+    /// The term that a node computes from its operands.
     pub(super) fn node(&self, n: usize) -> Term {
         match self.function.graph().nodes()[n] {
             Node::Constant(x) => Term::Number(x),
@@ -294,7 +294,7 @@ impl TermReader<'_> {
     }
 }
 
-/// A sum with nested sums flattened; a positive summand comes first, if there is one.
+/// A sum in which nested sums are flattened. A positive summand comes first if there is one.
 pub(crate) fn sum(terms: Vec<(bool, Term)>) -> Term {
     let mut flat = Vec::new();
     for (negative, term) in terms {

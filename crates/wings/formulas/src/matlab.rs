@@ -1,9 +1,9 @@
-//! Formulas as a function of MATLAB or Octave, which takes numbers or symbols of the Symbolic Math Toolbox.
+//! Writes formulas as a function for MATLAB or Octave, which accepts numbers or symbols of the Symbolic Math Toolbox.
 
 use crate::print::{PLAIN, comment};
 use crate::shown::PrintedFunction;
 
-/// The MATLAB file: MATLAB finds the first function of a file by the file's name, the others only from within the file.
+/// The text of a MATLAB file. Only its first function, found by the name of the file, can be called from outside the file.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = String::new();
     for PrintedFunction { name, doc, listing } in functions {
@@ -29,7 +29,7 @@ pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
                 text += &format!("{name} = {};\n", PLAIN.text(term));
                 continue;
             }
-            // The matrix is built in one statement: assigning a symbol to an entry of a numeric matrix fails.
+            // The matrix is built in one statement, because a symbol cannot be assigned to an entry of a numeric matrix.
             let entry = |row: usize, column: usize| format!("{name}_{}_{}", row + 1, column + 1);
             for (row, column, term) in &output.entries {
                 text += &format!("{} = {};\n", entry(*row, *column), PLAIN.text(term));

@@ -1,15 +1,15 @@
-//! Terms as text, by the grammar of a language.
+//! Prints terms as text, by the grammar of a language.
 
 use crate::listing::{ListedOutput, Term};
 
 /// How a language writes an expression.
 pub(crate) struct Grammar {
     pub times: &'static str,
-    /// Before and after an exponent.
+    /// Text before and after an exponent.
     pub power: [&'static str; 2],
-    /// Before a numerator, between the two, after the denominator.
+    /// Text before a numerator, between numerator and denominator, and after the denominator.
     pub quotient: [&'static str; 3],
-    /// Whether a sum or a product needs brackets as numerator or denominator.
+    /// Whether a numerator or denominator that is a sum or a product needs brackets.
     pub quotient_brackets: bool,
     pub root: [&'static str; 2],
     pub sine: [&'static str; 2],
@@ -17,7 +17,7 @@ pub(crate) struct Grammar {
     pub variable: fn(&str) -> String,
 }
 
-/// The grammar of programming languages.
+/// The grammar of most programming languages.
 pub(super) const PLAIN: Grammar = Grammar {
     times: "*",
     power: ["^", ""],
@@ -29,7 +29,7 @@ pub(super) const PLAIN: Grammar = Grammar {
     variable: str::to_string,
 };
 
-/// Lines after a comment mark.
+/// Writes these lines as comments, each after `mark`.
 pub(super) fn comment(mark: &str, lines: &[String]) -> String {
     lines.iter().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
 }
@@ -39,7 +39,7 @@ pub(super) fn place(output: &ListedOutput, row: usize, column: usize) -> String 
     if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) }
 }
 
-/// The binding strength of a term.
+/// How strongly a term binds; a weaker term needs brackets inside a stronger one.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Bond {
     Sum,
@@ -48,12 +48,12 @@ enum Bond {
 }
 
 impl Grammar {
-    /// The term.
+    /// The term as text.
     pub(super) fn text(&self, term: &Term) -> String {
         self.parts(term).concat()
     }
 
-    /// The term, cut before each sign of its sum, where a line may be broken.
+    /// The term as text, cut before each sign of its sum, so that a line can be broken there.
     pub(super) fn parts(&self, term: &Term) -> Vec<String> {
         let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
         let part = |(k, (negative, term)): (usize, &(bool, Term))| {
@@ -68,7 +68,7 @@ impl Grammar {
         terms.iter().enumerate().map(part).collect()
     }
 
-    /// The term in brackets, unless it binds at least as strongly as requested.
+    /// The term as text, in brackets if it binds less strongly than `bond`.
     fn within(&self, term: &Term, bond: Bond) -> String {
         let (text, own) = self.bonded(term);
         if own >= bond { text } else { format!("({text})") }

@@ -1,4 +1,4 @@
-//! A function as all language writers receive it.
+//! The form of a function that all language writers receive.
 
 use crate::listing::Listing;
 

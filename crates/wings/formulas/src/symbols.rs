@@ -1,18 +1,18 @@
-//! Which lengths, angles and components of gravity stay symbols.
+//! Chooses the lengths, angles and components of gravity that stay symbols in formulas.
 
 use expr::Function;
 use rist::Error;
 use rist::describe::symbols::check_symbols;
 use robot::Robot;
 
-/// Which named constants stay symbols.
+/// The named constants that stay symbols.
 pub(crate) struct KeptSymbols<'a> {
     robot: &'a Robot,
     names: Vec<String>,
 }
 
 impl<'a> KeptSymbols<'a> {
-    /// Of the constants of the functions, each with all its names in the file, those that are asked for.
+    /// Selects the requested constants of the functions; `constants`: each constant with all its names in the file.
     pub(crate) fn of(
         robot: &'a Robot,
         asked: &[String],
@@ -34,12 +34,12 @@ impl<'a> KeptSymbols<'a> {
         self.names.iter().any(|kept| kept == name)
     }
 
-    /// Whether the file gives the symbol no value.
+    /// Whether the symbol has no value in the file.
     fn is_open(&self, name: &str) -> bool {
         self.robot.symbols.iter().any(|s| s.generic && s.name == name)
     }
 
-    /// A line with the values in the file of the function's symbols.
+    /// A line with the values that the file gives to the symbols of the function. `None` if there are no symbols.
     pub(crate) fn line(&self, function: &Function) -> Option<String> {
         let value = |(_, name, x): (expr::Expr, String, f64)| match self.is_open(&name) {
             true => format!("{name} has no value"),

@@ -1,10 +1,10 @@
-//! Wing: motions from other programs, read and evaluated.
+//! Wing for inspection: reads and evaluates motions from other programs.
 //!
-//! A ROS JointTrajectory, or a table of points, becomes a motion that `rist check` verifies; and for any motion or log, the wing
+//! A ROS JointTrajectory or a table of points becomes a motion that `rist check` verifies. For any motion or log, the wing
 //! predicts what an identification from it would determine.
 //!
-//! What the core promises this wing: `rist::wings` asks for points where a file is no motion and no plan of rist; `experiments`
-//! interpolates points, and predicts standard deviations from a motion.
+//! Interfaces of the core for this wing: `rist::wings` asks for points if a file is neither a motion nor a plan of rist.
+//! `experiments` interpolates points, and predicts standard deviations from a motion.
 
 #![warn(missing_docs)]
 

@@ -1,7 +1,7 @@
-//! Points in time from other programs.
+//! Reads trajectories from other programs: points in time.
 //!
-//! Read from `trajectory_msgs/JointTrajectory` in YAML or JSON, of ROS 1 or 2, alone or inside a MoveIt `RobotTrajectory` or
-//! `DisplayTrajectory`; or from a table.
+//! Accepted are `trajectory_msgs/JointTrajectory` of ROS 1 or 2 in YAML or JSON, alone or inside a MoveIt `RobotTrajectory` or
+//! `DisplayTrajectory`; and tables.
 
 use std::path::Path;
 
@@ -11,9 +11,9 @@ use logs::{ColumnNames, Columns, Table};
 use rist::{Error, LogError, Model};
 use serde::Deserialize;
 
-/// Reads a JointTrajectory.
+/// Reads the points of a JointTrajectory. `file`: its name for messages.
 ///
-/// Fails where the text holds none, or several.
+/// Fails if the text contains no trajectory, or several.
 pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError> {
     let fail = |what: String| LogError::at(file, 0, what);
     let expected = "expected is a trajectory_msgs/JointTrajectory (joint_names, points of positions, velocities, \
@@ -23,14 +23,14 @@ pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError
     trajectory.points().map_err(fail)
 }
 
-/// The points of a file with a table.
+/// Reads the points from a file with a table.
 pub(crate) fn read_table(model: &Model, path: &Path) -> Result<PointTrajectory, Error> {
     points_of_table(model, &Table::read(path)?, &ColumnNames::default())
 }
 
-/// Points from a table with a clock, a position of each coordinate, and perhaps velocities and accelerations.
+/// Points from a table with a time column, a position of each coordinate, and possibly velocities and accelerations.
 ///
-/// Fails where a column or a number is missing, where two columns claim the same quantity, and where time does not increase.
+/// Fails if a column or a number is missing, if two columns are the same quantity, or if time does not increase.
 pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Result<PointTrajectory, Error> {
     let coordinates = model.regressor().coordinates();
     let slides: Vec<bool> = (0..coordinates.len()).map(|k| model.regressor().is_prismatic(k)).collect();
@@ -44,7 +44,7 @@ pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Res
         .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
 }
 
-/// A ROS file, with any message around the trajectory.
+/// A ROS file: a trajectory, possibly inside another message.
 #[derive(Deserialize)]
 struct RosFile {
     #[serde(default)]
@@ -78,7 +78,7 @@ struct RosPoint {
     time_from_start: RosTime,
 }
 
-/// The time of ROS 2, of ROS 1, or in seconds.
+/// A time in the form of ROS 2, in the form of ROS 1, or in seconds.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum RosTime {
@@ -98,7 +98,7 @@ impl RosTime {
 }
 
 impl RosFile {
-    /// The trajectory; `None` where there are several.
+    /// The trajectory in the file. `None` if there is none, or more than one.
     fn trajectory(self) -> Option<RosTrajectory> {
         let direct = self.joint_names.map(|joint_names| RosTrajectory { joint_names, points: self.points });
         let mut all: Vec<RosTrajectory> = direct.into_iter().chain(self.joint_trajectory).collect();
@@ -117,7 +117,7 @@ impl RosTrajectory {
             }
             Ok((0..n).map(|k| self.points.iter().map(|p| of(p)[k]).collect()).collect())
         };
-        // Either all points have the values, or none.
+        // Either all points have these values, or no point has them.
         let optional = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
             let is_without = self.points.iter().all(|p| of(p).is_empty());
             (!is_without).then(|| series(what, of)).transpose()

@@ -1,7 +1,7 @@
-//! Forecast of an identification from a motion or a log: which parameters it determines, how accurately, and for which purposes.
+//! Predicts an identification from a motion or a log: the identifiable parameters, their accuracy, and the possible uses of them.
 //!
-//! The rows are the rows of an identification by its defaults. No torque is needed: standard deviations follow from the motion
-//! and from the expected noise ([`experiments::excitation::visibility`]).
+//! The rows equal the rows of an identification with default settings. No torque is needed, because standard deviations follow
+//! from the motion and the expected noise ([`experiments::excitation::visibility`]).
 
 use std::path::Path;
 
@@ -24,49 +24,49 @@ use rist::{Error, Model, PlayedFile};
 
 use crate::request::VisibilityRequest;
 
-/// The forecast.
+/// The predicted result of an identification.
 pub struct PredictedAccuracy {
-    /// In the order of the model.
+    /// Predictions for the parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// Condition number of the columns that are visible within the limits.
+    /// Condition number of the columns that motions within the limits can separate.
     pub condition_number: f64,
-    /// Number of instants in one repetition.
+    /// Number of instants in one repetition of the motion.
     pub samples: usize,
-    /// The predicted standard deviation of torques, by purpose.
+    /// Predicted standard deviation of torques, for each use of them.
     pub purposes: Vec<JointForecast>,
-    /// Motion that would determine more, joint by joint.
+    /// For each joint, advice on a motion that would determine more parameters.
     pub to_add: Vec<String>,
-    /// Assumptions of the forecast.
+    /// Assumptions of the prediction, in sentences.
     pub notes: Vec<String>,
 }
 
-/// The predicted uncertainty of the torque of the joint where it is largest.
+/// The predicted uncertainty of torques for one use, of the joint with the largest uncertainty.
 pub struct JointForecast {
-    /// The use of the torques.
+    /// Name of the use of the torques.
     pub purpose: &'static str,
-    /// The joint with the largest uncertainty.
+    /// Name of the joint with the largest uncertainty.
     pub coordinate: String,
-    /// Root mean square standard deviation, N m (N); `None` where a parameter that it needs is not identifiable.
+    /// Root mean square of the standard deviation, N m (N). `None` if the torque needs a parameter that is not identifiable.
     pub deviation: Option<f64>,
-    /// The standard deviation over the root mean square of the nominal torque, where the model has one.
+    /// `deviation` over the root mean square of the nominal torque. `None` if the model has no nominal torque.
     pub share: Option<f64>,
 }
 
-/// States per purpose: this number gives the root mean square to a tenth.
+/// Number of random states per use; it determines the root mean square to a relative accuracy of a tenth.
 const STATES_PER_PURPOSE: u64 = 200;
-/// Seed of these states.
+/// Seed of the random states.
 const SEED: u64 = 40;
-/// Parameters that are named one by one, at most.
+/// Greatest number of parameters that are listed by name.
 const MAX_NAMED: usize = 4;
 
-/// Instants with position, velocity and acceleration of each coordinate.
+/// States at instants: position, velocity and acceleration of each coordinate.
 type Instants = Vec<Vec<[f64; 3]>>;
 
-/// The forecast for a file. `interpolation`: between points, as in a check; without one, a table without accelerations is
+/// Predicts the result for a file. `interpolation`: between points, as in a check. `None`: a table without accelerations is
 /// differentiated like the log of an identification.
 ///
-/// Fails where a number of the request is out of range, where the file belongs to another model, and where its points lack
-/// derivatives that the interpolation needs.
+/// Fails if a number of the request is out of range, if the file belongs to another model, or if its points lack derivatives that
+/// the interpolation needs.
 pub fn predicted_accuracy(
     model: &Model,
     file: &Path,
@@ -97,7 +97,7 @@ pub fn predicted_accuracy(
     Ok(PredictedAccuracy { parameters, condition_number, samples: states.len(), purposes, to_add, notes })
 }
 
-/// The states that an identification sums over, and the number of repetitions.
+/// The states over which an identification sums, and the number of repetitions.
 fn states_of(
     model: &Model,
     file: &Path,
@@ -114,7 +114,7 @@ fn states_of(
         PlayedFile::Motion(motion) => {
             model.check(file, &motion.model)?;
             let motion = motion.motion(&name)?;
-            // one period after the blend: all periods have equal states
+            // One period after the blend, since all periods have equal states.
             let count = (motion.shape.period() * motion.rate).round() as usize;
             let at = |r: usize| {
                 let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
@@ -126,7 +126,7 @@ fn states_of(
             model.check(file, &plan.model)?;
             let mut found = Vec::new();
             for experiment in plan.trajectories(&name)? {
-                // of an experiment only the windows without settling count
+                // Only the windows of an experiment count; they exclude settling.
                 let reference = experiment.reference();
                 let at = |r: usize| {
                     (0..names.len()).map(|k| [reference.q[k][r], reference.dq[k][r], reference.ddq[k][r]]).collect()
@@ -139,7 +139,7 @@ fn states_of(
             Ok((filtered(model, &name, points)?, 1))
         }
         PlayedFile::Points(points) | PlayedFile::Table(points) => {
-            // points: the interpolation, sampled at the rate of the request
+            // Points are interpolated, and sampled at the rate of the request.
             let points = (**points).clone().of_coordinates(names, &|k| limits[k].locked).map_err(refused)?;
             let interpolation = points.interpolation(interpolation).map_err(refused)?;
             notes.push(format!("between its points it is taken as {}", interpolation.word()));
@@ -159,11 +159,11 @@ fn states_of(
     }
 }
 
-/// The states from positions alone, as an identification computes them by its defaults.
+/// The states from positions alone, computed like an identification with default settings.
 fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<Instants, Error> {
     let names = model.regressor().coordinates();
     let n = names.len();
-    // A log has torques; their values do not matter here.
+    // A log needs torques, but their values do not matter here.
     let no_torque = vec![0.0; points.times().len()];
     let mut table = Table { file: name.into(), ..Table::default() };
     let mut push = |header: String, values: &[f64]| {
@@ -185,7 +185,7 @@ fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<Insta
     Ok(records.iter().flat_map(|record| (0..record.t.len()).map(move |i| of(record, i))).collect())
 }
 
-/// The forecast of the torques of a model within limits.
+/// Predicts the uncertainty of torques of a model within limits.
 struct Foresight<'a> {
     model: &'a Model,
     linear: &'a LinearModel<'a>,
@@ -194,7 +194,7 @@ struct Foresight<'a> {
 }
 
 impl Foresight<'_> {
-    /// The uncertainty of torques at rest, along the motion, and anywhere within the limits.
+    /// The uncertainty of torques at rest, along the motion, and at any state within the limits.
     fn purposes(&self, states: &Instants) -> Vec<JointForecast> {
         let mut random = Random::new(SEED);
         let mut drawn = |moves: bool| -> Vec<[f64; 3]> {
@@ -217,7 +217,7 @@ impl Foresight<'_> {
         all.into_iter().filter_map(|(purpose, states, rubs)| self.joint_forecasts(purpose, &states, rubs)).collect()
     }
 
-    /// The joint with the largest uncertainty over states; `rubs`: friction counts.
+    /// The joint with the largest uncertainty over these states. `rubs`: whether friction is included.
     fn joint_forecasts(&self, purpose: &'static str, states: &[Vec<[f64; 3]>], rubs: bool) -> Option<JointForecast> {
         let Foresight { model, linear, limits, forecast: foreseen } = *self;
         let (n, base) = (linear.n(), linear.regressor.parameters().len());
@@ -229,7 +229,8 @@ impl Foresight<'_> {
             let of = |d: usize| state.iter().map(|x| x[d]).collect::<Vec<f64>>();
             let (dq, ddq) = (of(1), of(2));
             linear.regressor.fill(&of(0), &dq, &ddq, &mut y);
-            // sigma^2 of the torque y X by the forecast covariance; y X of the nominal parameters for the share
+            // sigma^2 of the torque y X from the predicted covariance; y X of the nominal parameters for the relative
+            // uncertainty.
             for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
                 fill_row(linear, i, &y, dq[i], ddq[i], &mut row);
                 if !rubs {
@@ -246,8 +247,8 @@ impl Foresight<'_> {
             let size = Some((torque[i] / count).sqrt()).filter(|size| *size > 0.0);
             (i, deviation, deviation.zip(size).map(|(deviation, size)| deviation / size))
         };
-        // Joints whose torque is not determined come first, then by the share, or by the standard deviation where there is no
-        // share.
+        // Joints with an undetermined torque come first; then the order is by relative uncertainty, or by the standard deviation
+        // if there is no relative one.
         let rank = |(_, deviation, share): &(usize, Option<f64>, Option<f64>)| match (deviation, share) {
             (None, _) => f64::INFINITY,
             (Some(deviation), None) => *deviation,
@@ -259,7 +260,7 @@ impl Foresight<'_> {
     }
 }
 
-/// For each joint with parameters that are weak or not identifiable: the share of its limits that it uses.
+/// For each joint with weak or unidentifiable parameters: the share of its limits that the motion uses.
 fn to_add(
     linear: &LinearModel,
     parameters: &[VisibleParameter],
@@ -277,7 +278,7 @@ fn to_add(
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         (ends.1 - ends.0).max(0.0) / (limits[k].position.1 - limits[k].position.0)
     };
-    // Each such parameter counts for the joint of it that uses the least of its acceleration.
+    // If a parameter depends on several joints, it counts for the joint that uses the least share of its acceleration limit.
     let mut by_joint: Vec<(usize, Vec<String>)> = Vec::new();
     for (parameter, seen) in linear.parameters.iter().zip(parameters).filter(|(_, seen)| seen.remark().is_some()) {
         let slowest = parameter.coordinates.iter().copied().min_by(|&a, &b| used(a, 2).total_cmp(&used(b, 2)));

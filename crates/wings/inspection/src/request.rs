@@ -1,4 +1,4 @@
-//! The request for a forecast of an identification, and the additions of this wing.
+//! The request for the prediction of an identification, and the additions of this wing.
 
 use rist::request::{FrictionChoice, Range, Request};
 use rist::wings::{PointReader, Wing, terms_without_torque};
@@ -6,7 +6,7 @@ use rist::{Error, FrictionTerm, LimitsFile};
 
 use crate::points::{points_of_ros, read_table};
 
-/// The additions of this wing.
+/// The requests and readers that this wing adds.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("visibility", VisibilityRequest::fields)],
@@ -30,9 +30,9 @@ rist::request! {
 }
 
 impl VisibilityRequest {
-    /// The columns of friction.
+    /// The friction terms of the request.
     ///
-    /// Fails where the request leaves the choice to a log, or where a term needs a measured torque.
+    /// Fails if the request leaves the choice to a log, or if a term needs a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }

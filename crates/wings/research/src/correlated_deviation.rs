@@ -1,4 +1,4 @@
-//! Variances of sums with terms that are correlated over time.
+//! Variances of sums whose terms are correlated over time.
 //!
 //! With scores h_r correlated over time, the variance of each parameter is
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
@@ -13,12 +13,12 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Longest span, in samples, to bound the memory.
+/// Greatest span L, in samples; it bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
-/// The factor of the rule of [Andrews 1991] for Bartlett weights.
+/// The factor in the rule of [Andrews 1991] for Bartlett weights.
 const ANDREWS_FACTOR: f64 = 1.1447;
 
-/// The squares of the sums of `span` successive scores.
+/// Accumulates the squares of the sums of `span` successive scores.
 pub(crate) struct OverlappingSums {
     ring: Vec<Vec<f64>>,
     sum: Vec<f64>,
@@ -31,7 +31,7 @@ impl OverlappingSums {
         OverlappingSums { ring: vec![vec![0.0; p]; span], sum: vec![0.0; p], variance: vec![0.0; p], at: 0 }
     }
 
-    /// Adds the next h_r.
+    /// Adds the next score h_r.
     pub(crate) fn add(&mut self, h: &[f64]) {
         let span = self.ring.len();
         let slot = &mut self.ring[self.at % span];
@@ -43,7 +43,7 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// One variance per parameter; the last sums extend beyond the end of the record.
+    /// The variance of each parameter. The last sums extend beyond the end of the record.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
@@ -53,9 +53,9 @@ impl OverlappingSums {
     }
 }
 
-/// The correlation of residuals from sample to sample, joint by joint.
+/// Correlation of residuals from one sample to the next, joint by joint.
 struct LagOne {
-    /// The last sample and its residual.
+    /// Index and residual of the last sample of each joint; `None` before the first sample.
     last: Vec<Option<(usize, f64)>>,
     squares: Vec<f64>,
     products: Vec<f64>,
@@ -80,7 +80,7 @@ impl LagOne {
     }
 }
 
-/// The largest lag-one correlation of the joints' residuals.
+/// The largest correlation of a joint's residuals from one sample to the next.
 pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     let mut lag_one = LagOne::new(model.n());
     model.residuals(states, x, |r, j, e| lag_one.add(r, j, e));
@@ -88,7 +88,7 @@ pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // With n samples a larger correlation is not distinguishable from 1.
+    // With n samples, a larger correlation cannot be distinguished from 1.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = ANDREWS_FACTOR * (alpha * n as f64).cbrt();
@@ -101,8 +101,8 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// The sum of noise with a correlation of 0.9 from sample to sample has the variance of 19 white noises. Bartlett weights
-    /// give less than that.
+    /// Noise with a correlation of 0.9 from sample to sample: its sum has the variance of 19 white noises. Bartlett weights
+    /// underestimate it.
     #[test]
     fn correlated_noise_is_not_taken_for_white() {
         let arm = Pendulum::new();
@@ -123,7 +123,7 @@ mod tests {
             found += sums.variance()[0] / f64::from(runs) / n as f64;
             rho += one / f64::from(runs);
         }
-        // Forty records of a hundred independent samples each.
+        // Tolerances: forty records, each equivalent to about a hundred independent samples.
         assert!((rho - 0.9).abs() < 0.01, "{rho}");
         assert!((13.0..19.5).contains(&found), "{found}");
         assert_eq!(span(0.0, n), 1);

@@ -1,10 +1,11 @@
-//! Wing: methods that papers compare with.
+//! Wing for research: methods with which papers compare.
 //!
-//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`); and the best plan of experiments by
-//! branch and bound, with a proof that is verified from the plan's file (`branch_and_bound`, `proof_again`).
+//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`). The best plan of experiments by branch
+//! and bound, with a proof in the plan's file that can be verified (`branch_and_bound`, `proof_again`).
 //!
-//! What the core promises this wing: `rist::wings` asks for a method that simulates, and for a search of plans;
-//! `experiments::plan` bounds plans by relaxed designs and keeps a proof in the file; `experiments::simulate` runs a loop.
+//! Interfaces of the core for this wing: `rist::wings` asks for an identification method that simulates, and for a search of
+//! plans. `experiments::plan` bounds plans by relaxed designs and stores a proof in the file. `experiments::simulate` simulates a
+//! loop.
 
 #![warn(missing_docs)]
 
@@ -25,7 +26,7 @@ pub use experiments_in_loop::identify_in_loop;
 pub use loop_estimate::identify_closed_loop;
 pub use simulated_loop::{ClosedLoop, Simulated, Simulator, simulated};
 
-/// The additions of this wing.
+/// The methods that this wing registers.
 pub fn wing() -> Wing {
     Wing {
         in_loop: Some(Ok(identify_in_loop)),

@@ -1,7 +1,7 @@
 //! A node of the branch and bound over plans, and its evaluation.
 //!
-//! The relaxed design of a node gives its bound. The tangent at this design settles the number of runs of some candidates, and
-//! one of the others is split.
+//! The relaxed design of a node gives an upper bound. The tangent at this design restricts the numbers of runs of some
+//! candidates; then the node is split at one of the other candidates.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -12,32 +12,32 @@ use experiments::plan::certificate::determinant_bound;
 use experiments::plan::exchange::{Criterion, value_of};
 use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
-/// Steps of the multiplicative rule before the root.
+/// Number of steps of the multiplicative rule before the root is evaluated.
 const MULTIPLICATIVE_STEPS: usize = 300;
-/// Runs of a candidate below which it is dropped after these steps.
+/// After these steps, a candidate with fewer runs is set to zero runs.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
-/// Newton steps; they start at the design of the parent node.
+/// Greatest number of Newton steps of a node; they start at the design of its parent.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Moves in the ascent of the model that gives the loss of a split.
+/// Greatest number of moves in the ascent that computes the loss of a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
-/// Runs nearer than this to a whole number count as whole.
+/// A number of runs counts as whole if it differs from a whole number by less than this.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
 /// Tolerance of the multiplicative rule, in log det F.
 const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
-/// Runs above which a cut is not used.
+/// A cut with a larger number of runs is not used.
 const MAX_CUT_RUNS: f64 = 1e6;
-/// Least loss of a side of a split, over the slack of the node.
+/// Least counted loss of one side of a split, as a share of (bound of the node - known value).
 const LEAST_LOSS_SHARE: f64 = 1e-6;
 
-/// A node that is not evaluated yet.
+/// A node that has not been evaluated yet.
 pub(crate) struct OpenNode {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// The tangent with its least bound so far, and the index of its design.
+    /// The tangent that gives the least bound so far, and the index of its design.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
-    /// The start of an ascent.
+    /// The design at which the ascent starts.
     pub(crate) x: Arc<Vec<f64>>,
 }
 
@@ -56,24 +56,24 @@ impl PartialOrd for OpenNode {
 }
 
 impl Ord for OpenNode {
-    /// The greatest bound first; among equal bounds the oldest node.
+    /// Order of evaluation: the greatest bound first; among equal bounds the oldest node.
     fn cmp(&self, other: &OpenNode) -> Ordering {
         self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
     }
 }
 
-/// The candidates that plans may still choose.
+/// The candidates that plans may still run.
 pub(crate) struct RemainingCandidates {
     pub(crate) blocks: Vec<WeightedRows>,
-    /// Index of each among all candidates.
+    /// Index of each remaining candidate among all candidates.
     pub(crate) index: Vec<usize>,
     /// Number of experiments of a plan.
     pub(crate) count: usize,
 }
 
-/// Plans that the tangent shows to be no better than the known value.
+/// A restriction of the plans, because the tangent shows that all other plans are no better than the known value.
 ///
-/// They run a candidate more than `at_most` times where `keeps_below`, otherwise at most `at_most` times.
+/// If `keeps_below`, the plans that remain run the candidate at most `at_most` times, otherwise more than `at_most` times.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
     pub(crate) candidate: usize,
@@ -81,20 +81,20 @@ pub(crate) struct Cut {
     pub(crate) keeps_below: bool,
 }
 
-/// The evaluation of a node.
+/// The result of the evaluation of a node.
 pub(crate) struct NodeBound {
-    /// The bound and, where it is better than the parent's bound, its tangent and design.
+    /// The upper bound; `better`: tangent and design of this node if they give a lower bound than the parent's tangent.
     pub(crate) bound: f64,
     pub(crate) better: Option<(Tangent, Vec<f64>)>,
     pub(crate) plan: Option<(f64, Vec<usize>)>,
     pub(crate) cuts: Vec<Cut>,
-    /// The bounds after the cuts.
+    /// The bounds on the numbers of runs after the cuts.
     pub(crate) bounds: Bounds,
     pub(crate) split: Option<(usize, usize)>,
 }
 
 impl OpenNode {
-    /// The node split into its plans with at most `at_most` runs of a candidate, and its plans with more.
+    /// Splits the node: plans with at most `at_most` runs of a candidate, and plans with more.
     pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [OpenNode; 2] {
         let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
         below.high[candidate] = at_most;
@@ -112,19 +112,20 @@ impl RemainingCandidates {
         RemainingCandidates { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
     }
 
-    /// Nearly the best design without bounds, without the candidates that it hardly runs.
+    /// A start for the ascent: nearly the best relaxed design, without candidates that it hardly runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
         let weights = determinant_bound(&self.blocks, MULTIPLICATIVE_TOLERANCE, MULTIPLICATIVE_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
         runs.into_iter().map(|x| if x < SMALLEST_KEPT_RUNS { 0.0 } else { x }).collect()
     }
 
-    /// A design as the proof stores it: the candidates above zero.
+    /// A design in the form of the proof: only candidates with more than zero runs.
     pub(crate) fn design(&self, x: &[f64]) -> Vec<(usize, f64)> {
         self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
     }
 
-    /// Evaluates a node; a bound of log det F up to `known` settles it.
+    /// Evaluates a node. If its bound of log det F is at most `known`, the node needs no split. `ascent`: tolerance of the
+    /// ascent.
     pub(crate) fn look(&self, open: &OpenNode, known: f64, ascent: f64) -> NodeBound {
         let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), MAX_NEWTON_STEPS);
         let mut look = NodeBound {
@@ -139,7 +140,7 @@ impl RemainingCandidates {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The parent's tangent may be the better one here.
+        // The parent's tangent may give the better bound here.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {
@@ -153,13 +154,13 @@ impl RemainingCandidates {
     }
 }
 
-/// The cuts by which the tangent excludes plans that are no better than `known`.
+/// The cuts that follow from a tangent: they exclude only plans that are no better than `known`.
 pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
     let (bound, price) = tangent.bound(bounds, count);
     let slack = bound - known;
     let of = |i: usize| {
         let net_gain = tangent.gain[i] - price;
-        // At this number of runs away from the bound that net_gain favours, the tangent reaches the known value.
+        // After this number of runs in the unfavourable direction, the tangent is no greater than the known value.
         let steps = (slack / net_gain.abs()).floor();
         let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);
@@ -170,10 +171,10 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
     (0..bounds.low.len()).filter_map(of).collect()
 }
 
-/// The candidate to split and its largest number of runs on the lower side.
+/// The candidate at which a node is split, and its greatest number of runs on the lower side. `None` if no candidate can vary.
 ///
-/// Of the candidates with a fractional number of runs, it is the one whose two sides lose the most by the model; a side counts up
-/// to the loss that closes it. Without such a candidate it is the first that can vary.
+/// Among candidates with a fractional number of runs, it is the one whose two sides lose the most by the model. A loss counts
+/// only up to the loss that closes the side. If there is no such candidate, it is the first one that can vary.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
@@ -191,7 +192,7 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
     Some((candidate, at_most(candidate)))
 }
 
-/// A design rounded to whole numbers with the right sum.
+/// Rounds a design to whole numbers of runs with the right sum. `None` if this is not possible within the bounds.
 fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
     let whole = |i: usize| ((x[i] + WHOLE_RUNS_TOLERANCE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
     let mut often: Vec<usize> = (0..x.len()).map(whole).collect();

@@ -1,8 +1,8 @@
-//! Verifies the proof in a plan's file: its bound is computed again from the description and the file's candidates.
+//! Verifies the proof in a plan's file: computes its bound again from the description and the candidates in the file.
 //!
-//! The rows of every candidate are computed from its motion; each leaf of the tree bounds the plans between its splits by the
-//! tangent at its design ([`experiments::plan::relaxed_design`]); and the plan itself consists of the candidates that its
-//! experiments name. Statements of the file about its own quality are not used.
+//! The rows of every candidate are computed from its motion. Each leaf of the tree bounds the plans between its splits by the
+//! tangent at its design ([`experiments::plan::relaxed_design`]). The plan itself consists of the candidates that its experiments
+//! name. Statements in the file about its own quality are not used.
 
 use linear_model::regressor::Regressor;
 use logs::Error;
@@ -18,14 +18,14 @@ use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use experiments::plan::planned_experiment::{CandidateMotion, PlannedExperiment};
 use experiments::plan::relaxed_design::{Bounds, Tangent, tangent};
 
-/// Share of the trace by which the information of equal candidates may differ.
+/// The information of equal candidates may differ by this share of the trace.
 const EQUAL_SHARE: f64 = 1e-9;
 
-/// The D-efficiency of the plan that its proof guarantees, in [0, 1]; `None` where it has no proof, or a proof of an earlier
-/// version, which does not list its candidates.
+/// The lower bound of the plan's D-efficiency, in [0, 1], computed again from its proof. `None` if it has no proof, or a proof of
+/// an earlier version, which does not list its candidates.
 ///
-/// Fails where the proof is invalid: a candidate is no motion, an experiment differs from the candidate that it names, or the
-/// tree is malformed.
+/// Fails if the proof is invalid: a candidate is not a valid motion, an experiment differs from the candidate that it names, or
+/// the tree is malformed.
 pub(crate) fn efficiency_again(
     plan: &ExperimentPlan,
     regressor: &dyn Regressor,
@@ -61,7 +61,7 @@ fn experiment(candidate: &CandidateMotion) -> PlannedExperiment {
     PlannedExperiment { kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// The indices of the candidates that the experiments name.
+/// The indices of the candidates that the experiments name; fails if an experiment differs from its candidate.
 fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String> {
     let one = |e: &PlannedExperiment| {
         let index = e.candidate.ok_or(format!("experiment {} names no candidate", e.name))?;
@@ -81,7 +81,7 @@ fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String
     plan.experiments.iter().map(one).collect()
 }
 
-/// The greatest bound of log det F among the leaves.
+/// The greatest bound of log det F over all leaves.
 fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64, String> {
     let mut high = vec![count; blocks.len()];
     check_equal(proof, blocks)?;
@@ -90,7 +90,7 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
     let mut worst = f64::NEG_INFINITY;
     let mut left = vec![(0, Bounds { low: vec![0; blocks.len()], high })];
     let mut is_seen = vec![false; proof.tree.len()];
-    // walks the tree from its root with the bounds of the splits above each node
+    // Traverses the tree from its root. `left`: open nodes, each with the bounds from the splits above it.
     while let Some((node, bounds)) = left.pop() {
         let of_node = proof.tree.get(node).filter(|_| !is_seen[node]);
         let node_found = of_node.ok_or(format!("node {node} is none of the tree, or stands in it twice"))?;
@@ -106,13 +106,13 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
                 left.extend([(below, fewer), (above, more)]);
             }
             ProofNode::Leaf { design } => {
-                // No plan is between crossed bounds.
+                // If a lower bound is above an upper bound, the leaf contains no plans.
                 if bounds.low.iter().zip(&bounds.high).any(|(low, high)| low > high) {
                     continue;
                 }
                 let known = tangents.get_mut(design).ok_or(format!("there is no design {design}"))?;
                 if known.is_none() {
-                    // a design is used by several leaves, so its tangent is computed once
+                    // Several leaves may use a design, so its tangent is computed only once.
                     *known = Some(tangent_of(&proof.designs[design], blocks)?);
                 }
                 let bound = known.as_ref().map_or(f64::INFINITY, |tangent| tangent.bound(&bounds, count).0);
@@ -123,7 +123,7 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
     Ok(worst)
 }
 
-/// The tangent at a design of a file.
+/// The tangent at a design from the file.
 fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangent, String> {
     let mut x = vec![0.0; blocks.len()];
     for &(i, share) in design {
@@ -135,7 +135,7 @@ fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangen
     tangent(blocks, &x).ok_or("a design has not full rank".into())
 }
 
-/// Fails where a candidate that stands for another one differs in information, or is itself replaced by a third one.
+/// Fails if a candidate differs in information from the candidate that it replaces, or if it is itself replaced by a third one.
 fn check_equal(proof: &PlanProof, blocks: &[WeightedRows]) -> Result<(), String> {
     for &(left_out, kept) in &proof.equal {
         let (Some(a), Some(b)) = (blocks.get(left_out), blocks.get(kept)) else {
@@ -161,7 +161,7 @@ mod tests {
     use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// The efficiency of a proof is computed again, and a change that would make it better is detected.
+    /// The efficiency is computed again from the proof, and a change that would increase it is detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);
@@ -175,7 +175,7 @@ mod tests {
         let plan = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         let again = |plan: &ExperimentPlan| efficiency_again(plan, &arm, "plan.yaml");
         let efficiency = again(&plan).unwrap().unwrap();
-        // The leaves may prove more than the search claims, since it stops within its tolerance.
+        // The leaves may prove more than the search states, because the search ends within its tolerance.
         let said = plan.d_efficiency_at_least;
         assert!(efficiency >= said - 1e-9 && efficiency <= 1.0, "{efficiency} {said}");
         let mut worse = plan.clone();

@@ -1,15 +1,15 @@
-//! The proof of a bound for all plans while it grows: a tree of splits with a design at each leaf.
+//! Builds the proof of a bound for all plans: a tree of splits with a design at each leaf.
 
 use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
-/// The tree of a proof.
+/// The tree of a proof during a search.
 pub(crate) struct ProofTree(PlanProof);
 
-/// Share of the trace of F_i by which equal candidates may differ: a thousand times the rounding of equal rows.
+/// The information of equal candidates may differ by this share of the trace of F_i: a thousand times the rounding of equal rows.
 const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
-/// The candidates with the information of an earlier candidate, each with the first such candidate.
+/// Pairs (candidate, first earlier candidate with the same information).
 pub(crate) fn equal_candidates(blocks: &[WeightedRows]) -> Vec<(usize, usize)> {
     let of = |b: &WeightedRows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
     let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
@@ -28,13 +28,13 @@ pub(crate) fn equal_candidates(blocks: &[WeightedRows]) -> Vec<(usize, usize)> {
 }
 
 impl ProofTree {
-    /// A tree of one leaf with this design.
+    /// A tree with a single leaf that has this design.
     pub(crate) fn new(equal: Vec<(usize, usize)>, design: Vec<(usize, f64)>) -> ProofTree {
         let tree = vec![ProofNode::Leaf { design: 0 }];
         ProofTree(PlanProof { log_det_at_most: f64::INFINITY, candidates: vec![], equal, designs: vec![design], tree })
     }
 
-    /// Gives a leaf another design; returns the design's index.
+    /// Gives a leaf a new design; returns the index of the design.
     pub(crate) fn set_design(&mut self, node: usize, design: Vec<(usize, f64)>) -> usize {
         let index = self.0.designs.len();
         self.0.designs.push(design);
@@ -42,7 +42,7 @@ impl ProofTree {
         index
     }
 
-    /// Splits a leaf into two with the same design: (below, above).
+    /// Splits a leaf into two leaves with the same design; returns the indices (below, above).
     pub(crate) fn split(&mut self, node: usize, candidate: usize, at_most: usize, design: usize) -> [usize; 2] {
         let tree = &mut self.0.tree;
         let (below, above) = (tree.len(), tree.len() + 1);
@@ -51,7 +51,7 @@ impl ProofTree {
         [below, above]
     }
 
-    /// The proof of a bound of log det F, without the designs that no leaf uses any more.
+    /// Finishes the proof with this bound of log det F; removes designs that no leaf uses.
     pub(crate) fn bounded(self, log_det_at_most: f64) -> PlanProof {
         let mut proof = self.0;
         let mut is_used = vec![false; proof.designs.len()];

@@ -1,18 +1,18 @@
-//! Estimators that simulate: instrumental variables and direct and inverse dynamic identification.
+//! Estimators that use simulation: instrumental variables (IDIM-IV), and direct and inverse dynamic identification (DIDIM).
 //!
-//! Both simulate the robot with the current X under the controller and the reference of the experiment; the simulated states hold
-//! no measurement noise.
+//! Both simulate the robot with the current parameters X, with the controller and the reference of the experiment. The simulated
+//! states have no measurement noise.
 //! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured ones. It is
-//!   unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
+//!   unbiased although W is noisy, if the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states. It needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
 //! The standard deviations for white noise come from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For other noise the scores Z_r' e_r are
-//! summed over the span of `correlated_deviation`: after a filter with several samples per period of its cutoff, neighbouring
-//! samples are correlated.
+//! summed over the span of `correlated_deviation`, because after a filter with several samples per period of its cut-off
+//! frequency neighbouring samples are correlated.
 //!
 //! The rows have the joint weights of weighted least squares on the measured states. The caller provides the simulator, which
-//! chooses its integration and its controller. It must give states at the samples of the measured record.
+//! chooses its integration and its controller. The simulator must give states at the samples of the measured record.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -23,46 +23,46 @@ use crate::correlated_deviation::{OverlappingSums, correlation, span};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::Observation;
 
-/// Runs the experiment with parameters `x` (the parameters of the model, friction included).
+/// Simulates the experiment with parameters `x` of the model, friction included.
 pub trait Simulator {
-    /// States at the instants of the measured record.
+    /// The simulated states at the instants of the measured record.
     fn simulate(&self, x: &[f64]) -> Result<States, Error>;
 }
 
-/// The two estimators.
+/// The two estimators that use simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClosedLoop {
-    /// IV: the simulated states are the instruments.
+    /// IDIM-IV: the simulated states are the instruments.
     InstrumentalVariables,
-    /// DIDIM: the simulated states make the columns.
+    /// DIDIM: the columns of W are computed from the simulated states.
     DirectAndInverse,
 }
 
-/// The solution and the iterations that gave it.
+/// The solution, and data on the iterations.
 #[derive(Clone, Debug)]
 pub struct Simulated {
-    /// Parameters, in the order of the model.
+    /// Estimated parameters, in the order of the model.
     pub x: Vec<f64>,
-    /// Standard deviations for white torque noise.
+    /// Standard deviations of the parameters for white torque noise.
     pub sigma: Vec<f64>,
-    /// Standard deviations for residuals that are correlated over time.
+    /// Standard deviations of the parameters for residuals that are correlated over time.
     pub robust: Vec<f64>,
     /// Number of simulations of the robot.
     pub iterations: usize,
-    /// Relative change of the parameters' norm in the last iteration.
+    /// Relative change of the parameter vector in the last iteration.
     pub change: f64,
     /// Whether the parameters converged within the allowed iterations.
     pub converged: bool,
 }
 
-/// Maximum number of iterations.
+/// Greatest number of iterations.
 const MAX_ITERATIONS: usize = 20;
-/// Relative change of the parameters' norm below which they have converged.
+/// The parameters have converged if the relative change of their vector is below this.
 const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
 /// Iterates from `start` until the parameters converge.
 ///
-/// Fails when the simulator fails, when it gives states of another shape, or when the simulated motion does not determine X.
+/// Fails if the simulator fails or gives states of another shape, or if the simulated motion does not determine X.
 pub fn simulated(
     model: &Model,
     measured: &States,
@@ -88,7 +88,7 @@ pub fn simulated(
             );
             return Err(Error::new(message));
         }
-        // Z is always simulated; W is measured for IV and simulated for DIDIM.
+        // Z comes from simulated states; W from measured states for IV, and from simulated states for DIDIM.
         let regressors = match method {
             ClosedLoop::InstrumentalVariables => measured,
             ClosedLoop::DirectAndInverse => {
@@ -107,7 +107,7 @@ pub fn simulated(
         let fitted = round.residual_variance(&next, rows, squares);
         let covariance = fitted * &inverse * &gram * inverse.transpose();
         out.sigma = covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
-        // The relative change |X_next - X| / |X_next|; the iteration ends where it is small.
+        // The relative change |X_next - X| / |X_next|; the iteration ends if it is small.
         let step = next.iter().zip(&x).map(|(a, b)| a - b);
         let size: f64 = next.iter().map(|v| v * v).sum::<f64>().sqrt();
         out.change = step.map(|d| d * d).sum::<f64>().sqrt() / size.max(f64::MIN_POSITIVE);
@@ -124,20 +124,20 @@ pub fn simulated(
 
 type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 
-/// The states of one iteration.
+/// The states and weights of one iteration.
 struct Round<'a> {
     model: &'a Model<'a>,
-    /// The states of Z.
+    /// The states from which Z is computed.
     instruments: &'a States,
-    /// The states of W.
+    /// The states from which W is computed.
     regressors: &'a States,
     measured: &'a States,
-    /// One weight per joint.
+    /// Weights of the rows, one per joint.
     weights: &'a [f64],
 }
 
 impl Round<'_> {
-    /// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, with weighted rows.
+    /// Products of weighted rows: Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2.
     fn products(&self) -> Products {
         let Round { model, measured, weights, .. } = *self;
         let (n, p) = (model.n(), model.p());
@@ -159,7 +159,7 @@ impl Round<'_> {
         (normal, rhs, gram, rows, squares)
     }
 
-    /// The n x p rows of Z and W at each sample.
+    /// Passes the n x p rows of Z and W at each sample to `take`.
     fn paired(&self, mut take: impl FnMut(usize, &[f64], &[f64])) {
         let Round { model, instruments: z, regressors: w, .. } = *self;
         let mut wr = vec![0.0; model.n() * model.p()];
@@ -169,7 +169,7 @@ impl Round<'_> {
         });
     }
 
-    /// Standard deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals
+    /// Standard deviations from sums of the scores (Z'W)^-1 Z_r' e_r, over the span that the correlation of the residuals
     /// requires.
     fn robust_sigma(&self, x: &[f64], inverse: &DMatrix<f64>) -> Vec<f64> {
         let Round { model, regressors, measured, weights, .. } = *self;
@@ -197,7 +197,7 @@ impl Round<'_> {
     }
 }
 
-/// The inverse by way of equally scaled rows and columns; `None` when singular.
+/// The inverse, computed with scaled rows and columns. `None` if the matrix is singular.
 fn scaled_inverse(m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let d = m.diagonal().map(|x| if x != 0.0 { 1.0 / x.abs().sqrt() } else { 1.0 });
     let n = m.nrows();
@@ -214,7 +214,7 @@ mod tests {
     use identification::signals::differences::Differences;
     use random::Random;
 
-    /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
+    /// The simulated loop with the true parameters; q is measured with noise and differentiated without a filter.
     fn experiment(noise: f64, seed: u64) -> (Pendulum, Loop, States) {
         let arm = Pendulum::new();
         let control = Loop { samples: 1500 };
@@ -232,7 +232,7 @@ mod tests {
         let (arm, control, states) = experiment(3e-3, 31);
         let model = Model::new(&arm, &[], &[]);
         let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
-        // With accelerations from noisy positions, the least squares estimate of the inertia is far too small.
+        // Accelerations from noisy positions make the least squares estimate of the inertia far too small.
         assert!((ls.x[0] - arm.truth[0]).abs() > 0.2 * arm.truth[0], "{:?}", ls.x);
         for method in [ClosedLoop::InstrumentalVariables, ClosedLoop::DirectAndInverse] {
             let start = [0.36, 0.7, -0.05];
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// From parameters 20 % too large DIDIM converges within a few iterations, as the literature reports.
+    /// If the initial parameters are 20 % too large, DIDIM converges within a few iterations, as the literature reports.
     #[test]
     fn didim_converges_fast() {
         let (arm, control, states) = experiment(0.0, 32);
@@ -256,7 +256,8 @@ mod tests {
         assert!((found.x[0] - arm.truth[0]).abs() < 0.02 * arm.truth[0], "{found:?}");
     }
 
-    /// Errors over 40 draws, in Cramer-Rao deviations, where noisy positions are differentiated without a filter.
+    /// Errors over 40 draws, in units of the Cramer-Rao standard deviation, if noisy positions are differentiated without a
+    /// filter.
     #[test]
     fn bad_filters_are_forgiven() {
         const NOISE: f64 = 0.1;

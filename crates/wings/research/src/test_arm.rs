@@ -1,4 +1,4 @@
-//! The fixtures of the unit tests: the pendulum and the candidates of `experiments`, and the control loop of the pendulum.
+//! Helpers for unit tests: the pendulum and the candidates of `experiments`, and a control loop of the pendulum.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{CandidateGrid, MotionLimits};
@@ -18,14 +18,14 @@ pub(crate) mod test_plans;
 #[path = "../../../identification/src/test_states.rs"]
 mod test_states;
 
-/// The pendulum under a stiff PD controller with a reference of two harmonics, 10 ms samples.
+/// The pendulum under a stiff PD controller that follows a reference of two harmonics, with samples every 10 ms.
 pub(crate) struct Loop {
     pub samples: usize,
 }
 
 impl Simulator for Loop {
     fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
-        // ZZ ddq + 9.81 (MX cos q - MY sin q) = tau, under a proportional-derivative controller.
+        // ZZ ddq + 9.81 (MX cos q - MY sin q) = tau, under the PD controller.
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
         let reference =

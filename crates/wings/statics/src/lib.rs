@@ -1,9 +1,10 @@
-//! Wing: identification from a robot or a load at rest. Gravity parameters from postures that a robot holds, and a load from a
-//! force-torque sensor after the last joint.
+//! Wing for statics: gravity parameters from postures that a robot holds, and a load from a force-torque sensor after the last
+//! joint.
 //!
-//! What the core promises this wing: `logs` has tables and finds columns by their names; `modeling` the gravity torque and its
-//! independent columns; `identification` hypotheses and their undoing (`estimate::hypothesis`, `estimate::log_check::Change`),
-//! claims and the rule of trust; `rist` the model, the mount of its base and the text of a load.
+//! Interfaces of the core for this wing: `logs` reads tables and finds columns by their names. `modeling` gives the gravity
+//! torque and its independent columns. `identification` has the hypotheses and the changes that undo them
+//! (`estimate::hypothesis`, `estimate::log_check::Change`), claims, and the rule of trust. `rist` has the model, the mount of its
+//! base, and the text of a load.
 
 #![warn(missing_docs)]
 

@@ -1,11 +1,11 @@
-//! The request for a log of a force-torque sensor.
+//! The request for a log of a force-torque sensor, and the additions of this wing.
 
 use rist::request::Request;
 use rist::wings::Wing;
 
 use crate::wrench_options::WrenchOptions;
 
-/// The additions of this wing.
+/// The requests that this wing adds.
 pub fn wing() -> Wing {
     Wing { requests: vec![("wrench", WrenchRequest::fields)], ..Wing::default() }
 }

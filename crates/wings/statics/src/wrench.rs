@@ -1,4 +1,4 @@
-//! The load after a force-torque sensor, as a second source of a load: it depends on no dynamics of the robot and on no drive.
+//! The load after a force-torque sensor. It is an estimate that needs no dynamics of the robot and no drives.
 
 use std::fmt;
 
@@ -11,11 +11,11 @@ use serde_json::{Value, json};
 use rist::Error;
 use rist::fit::load::{Load, LoadScale};
 
-/// The estimate from a log of a force-torque sensor.
+/// The load from a log of a force-torque sensor, with its verdict.
 pub struct WrenchEstimate {
-    /// The load, in and about the frame of the sensor.
+    /// The load, about the origin of the sensor's frame and in its axes.
     pub load: Load,
-    /// Whether to use it.
+    /// Whether to use the load.
     pub verdict: WrenchVerdict,
     found: WrenchLoad,
     rows: usize,
@@ -23,9 +23,9 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// The load after a sensor. `link` is the name of the link whose frame is the sensor's, for the file of `[load]`.
+/// Identifies the load after a sensor. `link`: name of the link whose frame equals the sensor's frame, for the file of `[load]`.
 ///
-/// Fails where the log is too short to determine a load.
+/// Fails if the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {
     let found = wrench_load(log)?;
     let load = Load {
@@ -42,7 +42,7 @@ pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Err
     Ok(WrenchEstimate { load, verdict, found, rows, left_out, is_static })
 }
 
-/// Names and units of the offsets.
+/// Names and units of the signals' offsets.
 const OFFSETS: [(&str, &str); 6] = [
     ("force x", "N"),
     ("force y", "N"),
@@ -91,7 +91,7 @@ impl fmt::Display for WrenchEstimate {
             true => writeln!(f, "{} postures at rest, since the table has no clock", self.rows)?,
             false => writeln!(f, "{} rows in {count} windows", self.rows)?,
         }
-        // the rows and the sign convention
+        // The rows that were left out, and the sign convention.
         if self.left_out > 0 {
             writeln!(f, "{} rows are left out: without a number, or with a clock that does not go on", self.left_out)?;
         }
@@ -99,7 +99,7 @@ impl fmt::Display for WrenchEstimate {
             writeln!(f, "the sensor gives what the load does to it: the signs are turned")?;
         }
         writeln!(f, "residual: {force:.4} N and {torque:.5} N m rms per sample")?;
-        // offsets are identifiable only if the sensor changes its attitude
+        // Offsets are identifiable only if the orientation of the sensor changes.
         for ((name, unit), offset) in OFFSETS.into_iter().zip(self.found.offsets) {
             match offset {
                 Some((x, sigma)) => writeln!(f, "offset of {name:<8} {x:>10.4} +- {sigma:.4} {unit}")?,

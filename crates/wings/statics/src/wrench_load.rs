@@ -1,20 +1,20 @@
-//! The load after a force-torque sensor, from its wrenches and poses.
+//! Estimates the load after a force-torque sensor from its wrenches and poses.
 //!
-//! The sensor holds a body with the ten parameters m, mc and I about the sensor's origin. Let R and p be its pose in a frame at
-//! rest, F and N its wrench, o any point at rest. Momentum and angular momentum obey:
+//! The sensor holds a body with the ten parameters m, mc and I about the sensor's origin. R and p: pose of the sensor in a frame
+//! at rest; w: its angular velocity; F and N: its wrench; g: gravity; o: any point at rest. Momentum and angular momentum H obey:
 //!
 //! ```text
 //! d2/dt2 (m p + R mc) = R F + m g
 //! d/dt H = (p - o) x R F + R N + (m (p - o) + R mc) x g
 //! H = m (p - o) x p' + (p - o) x R (w x mc) + R mc x p' + R I w
 //! ```
-//! Each equation is multiplied by a function that vanishes with its slope at both ends of a window, and integrated by parts over
-//! the window. So the derivatives of the measurements move to the function [Shinbrot 1957]: only p' and w must be computed from
-//! the poses. The equations are linear in the ten parameters and in constant offsets of the six signals. Forces and torques have
-//! the weights of their residuals; the standard deviations are those of white noise, inflated by the correlation from window to
-//! window.
+//! Each equation is multiplied by a weight function and integrated by parts over a window; the weight function and its slope are
+//! zero at both ends of the window. So the derivatives apply to the weight function instead of the measurements [Shinbrot 1957];
+//! only p' and w must be computed from the poses. The equations are linear in the ten parameters and in constant offsets of the
+//! six signals. Force and torque equations are weighted by their residuals. The standard deviations are those for white noise,
+//! inflated by the correlation between successive windows.
 //!
-//! Rows without a clock are postures: F = -m R'g, N = -mc x R'g. They determine no inertia.
+//! Rows without a clock are postures at rest: F = -m R'g, N = -mc x R'g. They do not determine the inertia.
 //!
 //! Not here: springs and drift of the sensor, and its crosstalk.
 
@@ -26,64 +26,65 @@ use numerics::triangle::TriangleBuilder;
 
 /// Gravity along z of the frame at rest, m/s^2.
 pub(super) const GRAVITY: f64 = -9.81;
-/// Shortest window, s; and the least number of samples in one.
+/// Least duration of a window, s; and its least number of samples.
 const WINDOW_S: f64 = 0.25;
 const WINDOW_SAMPLES: usize = 24;
-/// Samples on each side of an instant that give its velocity.
+/// Number of samples on each side of an instant from which its velocity is computed.
 const NEIGHBOURS: usize = 3;
-/// Steps of a clock above this number of median steps are gaps.
+/// A time step longer than this number of median steps is a gap.
 const GAP_STEPS: f64 = 3.0;
-/// Ten parameters, and an offset of each signal.
+/// Number of unknowns: ten parameters, and an offset of each of the six signals.
 const UNKNOWNS: usize = 16;
-/// Rounds of new weights of forces and torques.
+/// Number of fits with updated weights of forces and torques.
 const REWEIGHTING_ROUNDS: usize = 4;
-/// An inertia's column below this share of the largest is rounding of the poses: the sensor turns about fewer axes.
+/// The column of an inertia counts as rounding of the poses if it is below this share of the largest: the sensor rotates about
+/// fewer axes.
 const ROUNDING_SHARE: f64 = 1e-9;
-/// Least standard deviation of equations, over the largest of them.
+/// Least standard deviation of equations of one kind, as a share of the largest.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
-/// First standard deviation of torques, N m, for forces of 1 N: an arm of some centimetres.
+/// Initial standard deviation of torques, N m, if forces have 1 N: a lever arm of ten centimetres.
 const FIRST_TORQUE_DEVIATION: f64 = 0.1;
-/// Smallest relative singular value in the cubic of a velocity.
+/// Smallest relative singular value in the fit of a cubic for the velocity.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
-/// Sine of an angle below which the angle equals its sine.
+/// If the sine of an angle is below this, the angle counts as equal to its sine.
 const SMALL_SINE: f64 = 1e-9;
-/// Upper bound of the correlation from window to window.
+/// Upper bound of the estimated correlation between successive windows.
 const LARGEST_CORRELATION: f64 = 0.9;
 
 type Vector3 = [f64; 3];
 type Matrix3 = [[f64; 3]; 3];
 type Row = [f64; UNKNOWNS];
-/// A row and the value of its combination.
+/// An equation: the factors of the unknowns, and the right-hand side.
 type Equation = (Row, f64);
 
 /// A load with its accuracy.
 #[derive(Clone, Debug)]
 pub struct WrenchLoad {
-    /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the sensor.
+    /// XX XY XZ YY YZ ZZ MX MY MZ M, about the origin of the sensor's frame and in its axes.
     pub parameters: Ten,
-    /// Standard deviations.
+    /// Standard deviations of these parameters.
     pub sigma: Ten,
-    /// Whether the log determines each of them.
+    /// Whether the log determines each of these parameters.
     pub determined: [bool; 10],
-    /// Offsets of the forces, N, and the torques, N m, with their standard deviations; `None` where the log does not determine
-    /// them.
+    /// Offsets of the forces, N, and of the torques, N m, with their standard deviations. `None` if the log does not determine an
+    /// offset.
     pub offsets: [Option<(f64, f64)>; 6],
-    /// Whether the sensor gives the wrench of the load on the sensor instead of the sensor on the load.
+    /// Whether the sensor gives the wrench that the load exerts on the sensor, instead of the opposite wrench.
     pub is_reaction: bool,
-    /// Rms residual of a sample, N, and N m about a point of its window.
+    /// Rms residual of a sample: of the force, N, and of the torque about a point of its window, N m.
     pub residuals: [f64; 2],
-    /// Number of windows of the log, or of postures.
+    /// Number of windows of the log, or number of postures.
     pub windows: usize,
 }
 
-/// Determines the load of a log.
+/// Determines the load from a log.
 ///
-/// Fails where the log has too few windows without gaps, and where the numbers exceed the floating-point range.
+/// Fails if the log has too few windows without gaps, or if numbers exceed the floating-point range.
 pub fn wrench_load(log: &Wrenches) -> Result<WrenchLoad, Error> {
     wrench_load_under(log, GRAVITY)
 }
 
-/// The load under another gravity along z, m/s^2: zero where the driver has subtracted the weight.
+/// Determines the load under another gravity along z, m/s^2: zero if the driver of the sensor has subtracted the weight.
 pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLoad, Error> {
     let down = [0.0, 0.0, gravity];
     let mut groups = if log.t.is_empty() { postures(log, down) } else { windows(log, down) };
@@ -94,7 +95,7 @@ pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLo
         let least = (2 * UNKNOWNS).div_ceil(3);
         return Err(Error::at(&log.name, 0, format!("{windows} {what} are too few for a load: {least} are the least")));
     }
-    // First weights: torques are smaller than forces by an arm of some centimetres.
+    // Initial weights: torques are smaller than forces by a lever arm of ten centimetres.
     let mut deviations: Vec<f64> = groups.iter().map(|g| g.first_deviation).collect();
     let mut solution = weighted(&groups, &deviations);
     for _ in 0..REWEIGHTING_ROUNDS {
@@ -130,12 +131,12 @@ fn found(groups: &[EquationGroup], deviations: &[f64], solution: &Solution, wind
     }
 }
 
-/// Equations of one kind, three per window.
+/// Equations of one kind (force or torque), three per window.
 struct EquationGroup {
     rows: Vec<Equation>,
-    /// Standard deviation in the first round.
+    /// Standard deviation of an equation in the first fit.
     first_deviation: f64,
-    /// Standard deviation of an equation for samples with standard deviation 1.
+    /// Standard deviation of an equation if a sample has the standard deviation 1.
     of_a_sample: f64,
 }
 
@@ -153,7 +154,7 @@ impl EquationGroup {
     }
 }
 
-/// Sets the columns of inertias that are rounding to zero.
+/// Sets those columns of inertias to zero that are only rounding.
 fn leave_out_rounding(groups: &mut [EquationGroup]) {
     let norm = |c: usize| groups.iter().flat_map(|g| &g.rows).map(|(row, _)| row[c] * row[c]).sum::<f64>().sqrt();
     let norms: [f64; 6] = std::array::from_fn(norm);
@@ -173,7 +174,7 @@ fn weighted(groups: &[EquationGroup], deviations: &[f64]) -> Solution {
     solve(&block.finish())
 }
 
-/// Correlation of each equation with the equation of the next window, the mean over all kinds; not below zero.
+/// Correlation of an equation with the equation of the next window, as a mean over all kinds; at least zero.
 fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution) -> f64 {
     let (mut products, mut count) = (0.0, 0.0);
     for (group, deviation) in groups.iter().zip(deviations) {
@@ -186,7 +187,7 @@ fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution
     (products / f64::max(count, 1.0)).clamp(0.0, LARGEST_CORRELATION)
 }
 
-/// Equations of rows at rest: forces, torques.
+/// Equations of rows at rest: the groups are forces, torques.
 fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = vec![EquationGroup::new(1.0), EquationGroup::new(FIRST_TORQUE_DEVIATION)];
     for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
@@ -206,7 +207,7 @@ fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     groups
 }
 
-/// Equations of windows: forces and torques with an even function, then with an odd function.
+/// Equations of windows: forces and torques with an even weight function, then with an odd one.
 fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = Vec::from([1.0, FIRST_TORQUE_DEVIATION, 1.0, FIRST_TORQUE_DEVIATION].map(EquationGroup::new));
     let mut squares = [0.0; 2];
@@ -226,7 +227,7 @@ fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     groups
 }
 
-/// The first and the last sample of each window.
+/// The indices of the first and the last sample of each window.
 pub(super) fn spans(log: &Wrenches) -> Vec<(usize, usize)> {
     let (mut first, mut spans, step) = (0, Vec::new(), usual_step(&log.t));
     while first + WINDOW_SAMPLES <= log.t.len() {
@@ -248,12 +249,12 @@ fn usual_step(t: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The function over the samples of a window: (1 - u^2)^4, or u (1 - u^2)^4, with u from -1 to 1.
+/// The weight function at the samples of a window: (1 - u^2)^4, or u (1 - u^2)^4 if odd, with u from -1 to 1.
 pub(super) struct Window {
     pub(super) first: usize,
-    /// The function and its first two derivatives, times the step of the clock, s.
+    /// The function and its first two derivatives at each sample, times the time step, s.
     pub(super) samples: Vec<(f64, f64, f64)>,
-    /// A point at rest, m.
+    /// A point at rest near the sensor, m.
     pub(super) point: Vector3,
 }
 
@@ -274,7 +275,7 @@ impl Window {
     }
 }
 
-/// The three equations of momentum and the three of angular momentum.
+/// The three equations of momentum and the three equations of angular momentum of a window.
 fn equations(
     log: &Wrenches,
     velocities: &Velocities,
@@ -307,7 +308,7 @@ fn equations(
                 torque[i].0[13 + c] += f * axis[i];
             }
         }
-        // I w by its six entries xx xy xz yy yz zz.
+        // I w, as a linear function of the six entries xx xy xz yy yz zz of I.
         for (c, (a, b)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             let mut momentum = [0.0; 3];
             momentum[a] = spin[b];
@@ -319,14 +320,15 @@ fn equations(
     (force.to_vec(), torque.to_vec())
 }
 
-/// Velocities of the sensor's origin in the frame at rest, m/s, and angular velocities in the sensor's axes, rad/s.
+/// Velocities of the sensor's origin in the frame at rest, m/s, and angular velocities in the axes of the sensor, rad/s.
 struct Velocities {
     linear: Vec<Vector3>,
     angular: Vec<Vector3>,
 }
 
 impl Velocities {
-    /// The slopes of cubics through the neighbours of each sample; for the axes through the rotations from the sample.
+    /// The slopes of cubics through the neighbours of each sample. For the angular velocity, the cubic is through the rotation
+    /// vectors from the sample to its neighbours.
     fn of(log: &Wrenches) -> Velocities {
         let count = log.t.len();
         let mut found = Velocities { linear: Vec::with_capacity(count), angular: Vec::with_capacity(count) };
@@ -350,7 +352,7 @@ impl Velocities {
     }
 }
 
-/// Weights of samples at these times whose sum is the slope at zero of the cubic of least squares.
+/// Weights of samples at these times; the weighted sum is the slope at zero of the cubic fitted by least squares.
 fn slope_weights(times: &[f64]) -> Vec<f64> {
     let scale = times.iter().fold(f64::MIN_POSITIVE, |s: f64, t| s.max(t.abs()));
     let powers = nalgebra::DMatrix::from_fn(times.len(), times.len().min(4), |r, c| (times[r] / scale).powi(c as i32));
@@ -359,7 +361,7 @@ fn slope_weights(times: &[f64]) -> Vec<f64> {
     (0..times.len()).map(|k| if inverse.nrows() > 1 { inverse[(1, k)] / scale } else { 0.0 }).collect()
 }
 
-/// The rotation from one attitude to another as a rotation vector in the axes of the first, rad.
+/// The rotation from one orientation to another, as a rotation vector in the axes of the first, rad.
 fn turn(from: &Matrix3, to: &Matrix3) -> Vector3 {
     let entry = |i: usize, k: usize| (0..3).map(|a| from[a][i] * to[a][k]).sum::<f64>();
     let twice = [entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1)];
@@ -399,7 +401,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// 2.1 kg at (0.02, -0.03, 0.12) m with an inertia about its centre, as ten parameters about the origin.
+    /// A body of 2.1 kg at (0.02, -0.03, 0.12) m with an inertia about its centre, as ten parameters about the origin.
     fn body() -> Ten {
         let (m, [x, y, z]) = (2.1, [0.02, -0.03, 0.12]);
         [
@@ -416,7 +418,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// Roll, pitch, yaw and the position of the sensor, with their first two derivatives.
+    /// Roll, pitch, yaw and the position of the sensor at time t, with their first two derivatives.
     fn motion(t: f64) -> [[f64; 6]; 3] {
         let [mut x, mut dx, mut ddx] = [[0.0; 6]; 3];
         let sines = [(0.9, 2.1), (0.7, 3.3), (1.1, 1.7), (0.2, 2.9), (0.25, 1.3), (0.15, 3.7)];
@@ -436,7 +438,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// w of roll, pitch and yaw, in the axes of the sensor.
+    /// The angular velocity from roll, pitch and yaw and their rates, in the axes of the sensor.
     fn spin([r, p, _]: Vector3, [dr, dp, dy]: Vector3) -> Vector3 {
         let [(sr, cr), (sp, cp)] = [r, p].map(f64::sin_cos);
         [dr - sp * dy, cr * dp + sr * cp * dy, -sr * dp + cr * cp * dy]
@@ -444,13 +446,13 @@ pub(crate) mod tests {
 
     const OFFSETS: [f64; 6] = [3.0, -2.0, 5.0, 0.2, 0.1, -0.3];
 
-    /// The wrench by the Newton-Euler equations of textbooks, at an instant.
+    /// The wrench at an instant, from the Newton-Euler equations of textbooks.
     fn wrench(body: &Ten, t: f64) -> (Vector3, Vector3, Matrix3, Vector3) {
         let [x, dx, ddx] = motion(t);
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
         let turn = rotation(three(&x, 0));
         let w = spin(three(&x, 0), three(&dx, 0));
-        // The slope of w by a difference of fourth order, with an error of 1e-12.
+        // The derivative of w by a difference quotient of fourth order, with an error of 1e-12.
         let at = |h: f64| {
             let [x, dx, _] = motion(t + h);
             spin(three(&x, 0), three(&dx, 0))
@@ -467,7 +469,7 @@ pub(crate) mod tests {
         (force, torque, turn, three(&x, 3))
     }
 
-    /// A log of the body in motion.
+    /// A log of the moving body.
     pub(crate) fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let count = (seconds * 250.0) as usize;
@@ -500,7 +502,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise the errors agree with their standard deviations: mean squares of 16 numbers over 30 draws.
+    /// With noise, the errors agree with their standard deviations: mean squares of 16 numbers over 30 draws.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -513,15 +515,15 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of 138 equations has an error of 6 %, over 30 draws 1.1 %; the bound is four of these. The noise of the force
-        // also acts about a point some centimetres away, and adds to the noise of the torque.
+        // The rms of 138 equations has an error of 6 %, over 30 draws 1.1 %; the limit is four times this. The force noise also
+        // acts about a point some centimetres away, so it adds to the torque noise.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
-        // 480 unit normals, correlated within a draw: 1 within a fifth.
+        // 480 normal numbers, correlated within a draw: their mean square is 1 within a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 
-    /// The body at rest in `count` attitudes.
+    /// A log of the body at rest in `count` orientations.
     pub(crate) fn rests(count: usize, noise: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let (mut log, truth) = (log(1.0, 0.0, 1.0, 1), body());
@@ -555,8 +557,8 @@ pub(crate) mod tests {
         let message = wrench_load(&log).unwrap_err().to_string();
         assert!(message.contains("5 postures are too few for a load: 11 are the least"), "{message}");
     }
-    /// A sensor that turns about one axis only determines the inertia entries of that axis; rounding in its poses determines no
-    /// other.
+    /// A sensor that rotates about only one axis determines the inertia entries of that axis; rounding in its poses must not
+    /// determine any other entry.
     #[test]
     fn one_axis_tells_no_whole_inertia() {
         let mut log = log(10.0, 0.02, 1.0, 4);

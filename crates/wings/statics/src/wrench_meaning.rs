@@ -1,4 +1,4 @@
-//! Other meanings of the numbers of a force-torque log: each meaning is tried, and reported where it explains the residual.
+//! Other interpretations of the numbers in a force-torque log. Each is tried, and is reported if it explains the residual.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -10,15 +10,16 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// A residual above this times the noise is more than noise; an alternative explains it if it divides it by at least this.
+/// A residual above this multiple of the noise is not only noise. An interpretation explains it if it reduces it by at least this
+/// factor.
 pub(super) const NOISE_RATIO: f64 = 3.0;
-/// Length that converts torques to forces in sums of both, m.
+/// Lever arm that converts torques to forces if both are added, m.
 pub(super) const ARM_M: f64 = 0.1;
-/// A smaller turn is an error of calibration, rad.
+/// A rotation smaller than this is an error of calibration, rad.
 const SMALL_TURN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
-/// m per mm.
+/// Metres per millimetre.
 const MILLI: f64 = 1e-3;
-/// Advice for signals without weight.
+/// Advice if the signals do not contain the weight of the load.
 pub(super) const OWN_SIGNALS: &str = "log the sensor's own signals, without its driver's compensation of gravity";
 
 pub(super) fn contradicted(topic: Topic, fault: String, advice: String, trial: Trial) -> Claim {
@@ -33,7 +34,7 @@ pub(super) fn left(found: &WrenchLoad) -> f64 {
     found.residuals[0].hypot(found.residuals[1] / ARM_M)
 }
 
-/// The residual over the variation of a log.
+/// The residual as a share of the variation of the signals in a log.
 pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     let deviation = |signal: &[[f64; 3]]| {
         let n = signal.len() as f64;
@@ -46,10 +47,11 @@ pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     left(found) / deviation(&log.force).hypot(deviation(&log.torque) / ARM_M)
 }
 
-/// The other meaning of the numbers that explains the residual; `as_given`: the residual share of the log as it is.
+/// The other interpretation of the numbers that explains the residual; `None` if there is none. `as_given`: residual share of the
+/// log.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
-    // the usual alternatives of drivers, each as one correction
+    // The usual alternatives among drivers of sensors, each as one correction.
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (
@@ -68,20 +70,20 @@ pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
         let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
         all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN_RAD).then_some((what, Corrections { turn, ..plain })));
     }
-    // each alternative is fitted; a load of significant mass must result
+    // Each alternative is fitted; it must result in a load of significant mass.
     let is_load = |found: &WrenchLoad| found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
     let tried = all.into_iter().filter_map(|(what, corrections): (String, Corrections)| {
         let log = log.clone().corrected(&corrections);
         let found = wrench_load(&log).ok().filter(is_load)?;
         Some((what, in_options(&corrections), residual_share(&log, &found)))
     });
-    // a driver that subtracts the weight: the load under gravity zero
+    // A driver may subtract the weight: then the load is fitted with zero gravity.
     let weightless = wrench_load_under(log, 0.0).ok().filter(is_load).map(|found| {
         let what = "the weight of the load is not in the forces: the driver takes the weight out".into();
         (what, OWN_SIGNALS.into(), residual_share(log, &found))
     });
     let (fault, advice, after) = tried.chain(weightless).min_by(|a, b| a.2.total_cmp(&b.2))?;
-    // the best alternative must divide the residual by NOISE_RATIO
+    // The best alternative must reduce the residual by the factor NOISE_RATIO.
     let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
     let trial = Trial::Tried { quantity: "residual".into(), before, after: shown };
     (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, advice, trial))

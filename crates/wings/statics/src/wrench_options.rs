@@ -1,54 +1,54 @@
-//! Options for a log of a force-torque sensor: its columns, and corrections, where names and numbers do not show the meaning.
+//! Options for a log of a force-torque sensor, if names and numbers do not show their meaning: its columns, and corrections.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The options file of a wrench.
+/// The contents of the options file of a wrench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchOptions {
     /// Headers of the columns that cannot be found by their names.
     pub columns: WrenchColumns,
-    /// Corrections of the numbers.
+    /// Corrections that are applied to the numbers.
     pub corrections: Corrections,
 }
 
-/// Headers; all are optional.
+/// Headers of columns; `None`: the column is found by its name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchColumns {
-    /// The clock.
+    /// Header of the time column.
     pub time: Option<String>,
-    /// x, y, z.
+    /// Headers of the force: x, y, z.
     pub force: Option<[String; 3]>,
-    /// x, y, z.
+    /// Headers of the torque: x, y, z.
     pub torque: Option<[String; 3]>,
-    /// x, y, z.
+    /// Headers of the position: x, y, z.
     pub position: Option<[String; 3]>,
-    /// x, y, z, w of a quaternion, or roll, pitch, yaw.
+    /// Headers of the orientation: x, y, z, w of a quaternion, or roll, pitch, yaw.
     pub orientation: Option<Vec<String>>,
-    /// x, y, z of a rotation vector: the axis times the angle.
+    /// Headers of a rotation vector (axis times angle): x, y, z.
     pub rotation_vector: Option<[String; 3]>,
 }
 
-/// Corrections in the order of their application. Display prints the YAML that requests them.
+/// Corrections of the numbers, in the order of their application. Display prints the YAML that requests them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corrections {
-    /// Roll, pitch and yaw, or the rotation vector, are in degrees.
+    /// Whether roll, pitch and yaw, or the rotation vector, are in degrees.
     pub degrees: bool,
-    /// The numbers of a quaternion are w, x, y, z.
+    /// Whether the order of a quaternion is w, x, y, z.
     pub scalar_first: bool,
-    /// The poses are of the frame at rest, seen from the sensor.
+    /// Whether the poses are of the frame at rest, seen from the sensor.
     pub inverted_poses: bool,
-    /// Forces and torques are in the axes of the frame at rest.
+    /// Whether forces and torques are in the axes of the frame at rest.
     pub base_axes: bool,
-    /// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll).
+    /// Rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw, rad, Rz(yaw) Ry(pitch) Rx(roll).
     pub turn: [f64; 3],
-    /// N per unit of the forces.
+    /// Force unit of the log, N.
     pub force: f64,
-    /// N m per unit of the torques.
+    /// Torque unit of the log, N m.
     pub torque: f64,
 }
 
@@ -88,7 +88,7 @@ impl fmt::Display for Corrections {
 type Matrix = [[f64; 3]; 3];
 
 impl Corrections {
-    /// Corrects a row, whose orientation is already in its unit.
+    /// Applies the corrections to a row: rotation `turn`, position `place`, and `wrench`. Angles are already in radians.
     pub(crate) fn correct(&self, turn: &mut Matrix, place: &mut [f64; 3], wrench: [&mut [f64; 3]; 2]) {
         if self.scalar_first {
             let [x, y, z, w] = quaternion(turn);
@@ -108,7 +108,7 @@ impl Corrections {
     }
 }
 
-/// Rz(yaw) Ry(pitch) Rx(roll).
+/// The rotation matrix Rz(yaw) Ry(pitch) Rx(roll).
 pub(crate) fn roll_pitch_yaw(angles: [f64; 3]) -> Matrix {
     let [(sr, cr), (sp, cp), (sy, cy)] = angles.map(f64::sin_cos);
     [
@@ -118,7 +118,7 @@ pub(crate) fn roll_pitch_yaw(angles: [f64; 3]) -> Matrix {
     ]
 }
 
-/// The matrix of a quaternion x y z w of norm one.
+/// The rotation matrix of a unit quaternion x, y, z, w.
 pub(crate) fn matrix([x, y, z, w]: [f64; 4]) -> Matrix {
     [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
@@ -127,7 +127,7 @@ pub(crate) fn matrix([x, y, z, w]: [f64; 4]) -> Matrix {
     ]
 }
 
-/// The quaternion x y z w of a matrix, by way of its largest component: no division by small numbers.
+/// The quaternion x, y, z, w of a rotation matrix; computed from its largest component, to avoid division by small numbers.
 fn quaternion(m: &Matrix) -> [f64; 4] {
     let trace = m[0][0] + m[1][1] + m[2][2];
     // Four times the squares of x, y, z, w.

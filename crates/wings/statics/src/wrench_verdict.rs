@@ -1,11 +1,12 @@
-//! Whether to trust the load after a force-torque sensor: claims on the residual of the fit, on other meanings of the numbers of
-//! the log, and on whether a wrist can carry such a body.
+//! Decides whether to trust the load after a force-torque sensor. There are claims on the residual of the fit, on other
+//! interpretations of the numbers in the log, and on whether a wrist can carry such a body.
 //!
-//! The residual e = hypot(N, N m / ARM_M) is compared with the variation in the log and with the noise of its signals. The noise
-//! of motions follows from their third differences. The noise of postures follows without the poses, since forces lie on a sphere
-//! and torques are linear in forces: |F - b| = m g, N = c x F + d. Where e is larger, each [`Corrections`] is tried.
+//! The residual e = hypot(N, N m / ARM_M) is compared with the variation in the log and with the noise of its signals. For
+//! motions the noise follows from third differences of the signals. For postures it follows without the poses, because forces lie
+//! on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e is larger than the noise, each of the
+//! [`Corrections`] is tried.
 //!
-//! Not here: the scale of all signals, which a log shows only by a mass that no wrist carries.
+//! Not here: a common scale of all signals; a log shows it only if the mass is too large for a wrist.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -22,32 +23,32 @@ use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 
-/// Residual, as a share of the variation, of a good sensor; and the largest of any sensor.
+/// Residual of a good sensor, as a share of the variation; `LARGE_SHARE`: greatest residual of any sensor.
 const SMALL_SHARE: f64 = 0.03;
 const LARGE_SHARE: f64 = 0.1;
-/// A wrist carries at most this mass, kg, at most this far away, m.
+/// Greatest mass that a wrist carries, kg; `FARTHEST_CENTRE_M`: greatest distance of its centre of mass, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
-/// Number of standard deviations beyond which a body that cannot exist is not due to noise.
+/// If a body cannot exist by more than this number of standard deviations, noise is not the reason.
 const IMPOSSIBLE_DEVIATIONS: f64 = 3.0;
 
-/// The verdict on a load.
+/// The verdict on a load, with its claims.
 pub struct WrenchVerdict {
-    /// Whether to use the load.
+    /// Whether to use the load, and for what.
     pub trust: Trust,
-    /// All claims.
+    /// All claims on the load.
     pub claims: Vec<Claim>,
-    /// The claims that lower the trust.
+    /// The claims that lower the trust, in sentences.
     pub reasons: Vec<String>,
-    /// The remedy of the first of them.
+    /// The remedy of the first of these claims; `None` if it has none.
     pub next: Option<String>,
 }
 
 impl WrenchVerdict {
-    /// The verdict on the load that was found in a log.
+    /// Judges the load that was found in a log.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        // If the numbers mean something else, no body can be judged.
+        // If the numbers have another meaning, the body cannot be judged.
         if claims[0].subject().topic != LOG {
             claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
         }
@@ -69,17 +70,17 @@ impl WrenchVerdict {
     }
 }
 
-/// The claim on the residual, or on its explanation.
+/// The claim on the residual, or on the interpretation that explains it.
 fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     let (left, noise, share) = (left(found), noise(log), residual_share(log, found));
     let is_noise = left <= NOISE_RATIO * noise;
-    // a large residual with an explanation is a contradicted log
+    // A large residual with an explanation contradicts the log.
     if share > SMALL_SHARE
         && let Some(claim) = alternative(log, share)
     {
         return claim;
     }
-    // a residual at the level of the noise, or a small one, agrees
+    // A residual that is small, or at the level of the noise, agrees with the model.
     if is_noise && share > LARGE_SHARE {
         let why = format!("the residual looks like noise, and is {} of what varies", percent(share));
         return cannot_tell(Subject::whole(RESIDUAL), why, "more attitudes, a longer log, or a heavier load");
@@ -88,7 +89,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         let smallest = Figure::new(100.0 * share, "% of what varies");
         return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });
     }
-    // the rest is unexplained
+    // Any other residual is unexplained.
     let [force, torque] = found.residuals;
     let times = claims::significant(left / noise, 2);
     let fault = format!(
@@ -106,7 +107,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
 
 /// The noise of the signals, in the units of the residual e.
 fn noise(log: &Wrenches) -> f64 {
-    // the third difference of white noise has the variance 20 sigma^2
+    // The third difference of white noise has the variance 20 sigma^2.
     let by_differences = |signal: &[[f64; 3]]| {
         let third = |w: &[[f64; 3]], i: usize| w[3][i] - 3.0 * (w[2][i] - w[1][i]) - w[0][i];
         let sum: f64 = signal.windows(4).map(|w| (0..3).map(|i| third(w, i).powi(2)).sum::<f64>()).sum();
@@ -131,7 +132,7 @@ fn noise(log: &Wrenches) -> f64 {
     (squares / (2.0 * radius)).hypot(least(rows).0 / ARM_M)
 }
 
-/// The standard deviation of the least squares residual, and the solution.
+/// The standard deviation of the residual of a least squares fit, and its solution.
 fn least<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> (f64, Vec<f64>) {
     let mut block = TriangleBuilder::new(N);
     rows.for_each(|(row, y)| {
@@ -154,7 +155,7 @@ fn of_mass(found: &WrenchLoad) -> Option<Claim> {
     (mass - certain > LARGEST_MASS_KG).then(|| contradicted(COMMON_SCALE, fault, advice.into(), trial))
 }
 
-/// Distance of the centre of mass from the sensor, m; `None` where it is not determined.
+/// Distance of the centre of mass from the origin of the sensor, m. `None` if it is not determined.
 fn distance(found: &WrenchLoad) -> Option<f64> {
     let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
     let is_determined = found.determined[6..].iter().all(|is| *is) && mass > certain;
@@ -209,7 +210,7 @@ mod tests {
         WrenchVerdict::of(log, &wrench_load(log).unwrap())
     }
 
-    /// A log with each row changed.
+    /// A copy of a log in which each row is changed.
     fn changed(log: &Wrenches, change: impl Fn(Matrix3<f64>, [&mut [f64; 3]; 3]) -> Matrix3<f64>) -> Wrenches {
         let mut log = log.clone();
         for k in 0..log.force.len() {
@@ -227,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Roll, pitch and yaw in degrees that are read as radians.
+    /// A log whose roll, pitch and yaw in degrees are read as radians.
     fn in_degrees(log: &Wrenches) -> Wrenches {
         let read = changed(log, |turn, _| {
             let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(turn).euler_angles();
@@ -236,7 +237,7 @@ mod tests {
         Wrenches { in_degrees: log.rotation.clone(), ..read }
     }
 
-    /// Each mistake, with words of the statement about it and the correction that is printed.
+    /// Logs with a mistake, each with words of the statement about it, and the correction that is printed.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
             let by = Rotation3::from_euler_angles(angle[0], angle[1], angle[2]).into_inner();
@@ -253,7 +254,7 @@ mod tests {
             (
                 changed(log, |r, _| {
                     let q = UnitQuaternion::from_matrix(&r);
-                    // The columns x, y, z, w hold w, x, y, z.
+                    // The columns x, y, z, w contain w, x, y, z.
                     let read = nalgebra::Quaternion::new(q.k, q.w, q.i, q.j);
                     UnitQuaternion::from_quaternion(read).to_rotation_matrix().into_inner()
                 }),
@@ -321,7 +322,7 @@ mod tests {
     #[test]
     fn signals_without_weight_are_named() {
         let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
-            // 2.1 kg at the centre of mass of the load of the tests.
+            // The weight of 2.1 kg at the centre of mass of the test load.
             let weight = r.transpose() * nalgebra::Vector3::new(0.0, 0.0, 2.1 * 9.81);
             let torque = nalgebra::Vector3::new(0.02, -0.03, 0.12).cross(&weight);
             (0..3).for_each(|i| (f[i], n[i]) = (f[i] - weight[i], n[i] - torque[i]));

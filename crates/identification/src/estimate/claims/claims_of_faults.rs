@@ -1,4 +1,5 @@
-//! Claims on tested faults: the fault that explains most of the residual, and the detection limits of the others.
+//! Claims on tested faults of a log: the fault that explains most of the residual, and the detection limits of the other
+//! faults.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
@@ -9,13 +10,14 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault that explains a smaller share of the torque is tolerable for any use, even where it is five times as large
-/// elsewhere: a fifth of `torque_error::SURE_TORQUE`.
+/// A fault is tolerable for any use if it explains a smaller share of the torque than this: a fifth of
+/// `torque_error::SURE_TORQUE`, since it may be five times as large in another motion.
 const SMALL_FAULT_SHARE: f64 = 0.01;
-/// A fault that explains a larger share of the torque of its own joint is not small, also where that torque is small.
+/// A fault is not small if it explains a larger share than this of the torque of its own joint, even if that torque is
+/// small.
 const LARGE_JOINT_SHARE: f64 = 0.2;
 
-/// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: the parameters of the tested fit.
+/// The claims on tested faults. `joints`: residuals, one per coordinate; `parameters`: the parameters of the tested fit.
 pub(crate) fn claims_of_faults(
     tested: &[HypothesisTest],
     joints: &[JointResidual],
@@ -23,7 +25,8 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // A size beyond the range of one linear step is unreliable. A cause within its range is preferred if it explains as much.
+    // The size of a fault is unreliable beyond the range of one linear step. A cause within its range is preferred if it
+    // explains about equally much of the residual.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -31,7 +34,7 @@ pub(crate) fn claims_of_faults(
         Some(one) if !is_within_range(one) => vec![unidentified(&found, joints)],
         _ => strongest.and_then(|t| contradicted(t, joints)).into_iter().collect(),
     };
-    // Hypotheses of other topics only inflate standard deviations.
+    // Only these topics have claims. Hypotheses of other topics only inflate standard deviations.
     for topic in CLAIMED {
         let of_kind: Vec<&HypothesisTest> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
         let (detectable, undetectable): (Vec<&HypothesisTest>, Vec<&HypothesisTest>) =
@@ -53,19 +56,21 @@ pub(crate) fn claims_of_faults(
     claims
 }
 
-/// A fault within its range explains as much as one beyond it, where the ratio of their error ratios is at most this.
+/// A fault within its linear range is preferred to a stronger one beyond its range if the ratio of their error ratios
+/// (`gain`) is at most this.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
-/// Largest number of causes that are named where none is identified.
+/// Largest number of possible causes that a claim lists if no cause is identified.
 const MOST_NAMED_CAUSES: usize = 3;
-/// Tolerance of rounding up, in units of the digit.
+/// Rounding up tolerates this excess, in units of the digit: 2.0000000001 becomes 2, not 3.
 const ROUNDING_TOLERANCE: f64 = 1e-9;
 
-/// Whether the size of a fault is within the range of one linear step from zero.
+/// Whether the size of a fault is small enough for one linear step from zero.
 fn is_within_range(tested: &HypothesisTest) -> bool {
     tested.value.abs() < tested.of.kind().useless
 }
 
-/// The claim that something is wrong, where the strongest cause is beyond the range of one step, with the tried causes.
+/// The claim that something is wrong but the cause is not identified, because the strongest cause is beyond its linear
+/// range. It lists the tried causes.
 fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> Claim {
     let named: Vec<String> = found
         .iter()
@@ -79,12 +84,13 @@ fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> C
     wrong(Subject::of(LOG, at), why, remedy, "no cause within its range explains it")
 }
 
-/// The subject of a cause in words: `scale of q5`.
+/// The subject of a fault in words, e.g. `scale of q5`.
 fn topic_of(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
     subject(&tested.of, joints).to_string()
 }
 
-/// The claim that a rotor is not separable from parameters with the same columns; `None` without such parameters.
+/// The claim that a rotor inertia is not separable from parameters with linearly dependent columns; `None` if there are
+/// none.
 fn hidden_rotor(tested: &HypothesisTest, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
     let Hypothesis::Rotor(k) = tested.of else { return None };
     let names: Vec<String> = tested.within.iter().filter_map(|&c| Some(parameters.get(c)?.id.to_string())).collect();
@@ -100,7 +106,7 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// One claim per detection limit on the hypotheses with that limit, the smallest first.
+/// Claims that no fault was found, the smallest detection limit first. Hypotheses with equal limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
@@ -114,7 +120,7 @@ fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     groups.into_iter().map(|(smallest, subject)| Claim::new(subject, Outcome::Agrees { smallest })).collect()
 }
 
-/// A detection limit rounded up to one digit.
+/// Rounds a detection limit up to one digit.
 fn shown(figure: Figure) -> Figure {
     let digit = 10f64.powf(figure.value.abs().log10().floor());
     let value = (figure.value / digit - ROUNDING_TOLERANCE).ceil() * digit;
@@ -128,25 +134,26 @@ pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> St
     of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
 }
 
-/// A fault with the errors of cross-validation without it and with it.
+/// The sentence on a fault with the errors of cross-validation without and with the fault as an unknown.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
         format!("{fault} (held-out error, joints alike, {}; corrected: {})", percent(without), percent(with))
     })
 }
 
-/// Whether the torque of a fault is smaller than every use tolerates. A zero or a mount is never small: positions are wrong,
-/// even where the error of the torque in this log is small.
+/// Whether the torque of a fault is so small that every use tolerates it. An offset of a zero or a tilted mount is never
+/// small: then positions are wrong, even if the torque error in this log is small.
 fn is_small(tested: &HypothesisTest) -> bool {
     let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
     tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
 }
 
-/// The claim on a fault with its remedy and errors of cross-validation; `None` for hypotheses that no claim names.
+/// The claim on a found fault with its remedy and errors of cross-validation; `None` if the hypothesis has no remedy to
+/// name.
 fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Claim> {
     let HypothesisTest { of, value, held_out, .. } = tested;
     let remedy = of.remedy(*value, joints)?;
-    // Tried means: blocks of the record were left out and predicted without the fault and with it.
+    // `Tried`: blocks of the record were left out and predicted without the fault and with it.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
             quantity: "held-out error, joints alike,".into(),
@@ -156,11 +163,11 @@ fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Cla
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let fault = statement(tested, joints);
-    // A drive that warms up does not make the log wrong: it counts in the residual.
+    // A torque constant that drifts as the drive warms up does not make the log wrong: it counts in the residual.
     if of.kind().counts == Counts::AsResidual {
         return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
     }
-    // A fault below the tolerance of torques does not make the log wrong, but it is named and lowers the trust.
+    // A fault below the tolerance of torques does not make the log wrong, but the claim names it and it lowers the trust.
     if is_small(tested) {
         return Some(cannot_tell(
             Subject { topic: LOG, ..subject(of, joints) },
@@ -195,7 +202,7 @@ mod tests {
         HypothesisTest { of, value, deviation: 0.01, power, held_out, torque_share: 1.0, effect: vec![0.1], within }
     }
 
-    /// Whether the claims lower the trust for a use of torques, together with a good prediction of another motion.
+    /// Whether these claims lower the trust for the use of gravity torques, although another motion is predicted well.
     fn lowers(mut claims: Vec<Claim>) -> bool {
         let other = Subject::whole(crate::estimate::topics::OTHER_MOTION);
         claims.push(Claim::new(other, Outcome::Agrees { smallest: Figure::new(1.0, "%") }));
@@ -227,8 +234,9 @@ mod tests {
         assert!(said.len() == 2 && power(&said[0]) < power(&said[1]), "{said:?}");
     }
 
-    /// A spring that explains more than a hundredth of the torque, or a fifth of the torque of its joint, is a contradiction. A
-    /// smaller one is named and lowers the trust to "with care". A zero is always a contradiction.
+    /// A spring that explains more than a hundredth of the torque, or a fifth of the torque of its joint, is a
+    /// contradiction. A smaller one is named and lowers the trust to "with care". An offset of a zero is always a
+    /// contradiction.
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
         // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006

@@ -14,29 +14,32 @@ use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agree
 /// because the response of a controller to its encoder repeats in part from period to period. A torque ripple of 2 % gives
 /// 22, elastic joints with 25 Hz give 1190, and torques that are 1.5 ms late give 147 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
-/// Chi^2 per degree of freedom up to which noise explains the residual.
+/// Noise alone explains the residual up to this chi^2 per degree of freedom.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
-/// Relative residual above which the fit is doubtful.
+/// The fit is doubtful if its relative residual exceeds this.
 const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
 
-/// Scaled condition number above which errors of the model decide the weakest direction. Correct estimates of the bench
-/// `random_situations` have up to 2831.
+/// Scaled condition number above which model errors, not data, determine the weakest combination of parameters. Correct
+/// estimates of the bench `random_situations` have up to 2831.
 const DECIDING_CONDITION_NUMBER: f64 = 3000.0;
 
-/// Friction below minus this many standard deviations is significantly negative, and so drives the joint.
+/// A friction parameter is significantly negative, so that it would drive the joint, below minus this many standard
+/// deviations.
 const NEGATIVE_FRICTION_SIGMAS: f64 = 3.0;
 
-/// Properties of the predicted torques that the claims of a fit depend on.
+/// Properties of the predicted torques that change the claims on a fit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TorqueContext {
-    /// Whether the undetermined parameters are not identifiable in any motion, so that no torque depends on them.
+    /// Whether no motion at all can identify the undetermined parameters. Then no torque depends on them alone.
     pub opens_in_any_motion: bool,
-    /// Whether errors of torques are known from the covariance. Then they contain the effect of the weakest direction.
+    /// Whether the errors of predicted torques are computed from the covariance. Then they include the uncertainty of the
+    /// weakest combination of parameters.
     pub determines_torques: bool,
 }
 
-/// The claims of a fit, contradictions first. `total`: the relative error on the examined logs.
+/// The claims on a fit: first on prediction and earlier refusals, then on friction, residual and parameters. `total`: the
+/// relative error on the examined logs.
 pub(crate) fn claims_of_fit(
     estimate: &Estimate,
     total: Option<f64>,
@@ -78,7 +81,7 @@ pub(crate) fn claims_of_fit(
             "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
-    // Parameters that the record does not determine, or determines by little motion.
+    // Parameters that the record does not determine, or that only little motion determines.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }
@@ -95,13 +98,13 @@ pub(crate) fn claims_of_fit(
     claims
 }
 
-/// The claim of a reason against the estimate that an earlier verdict wrote into its file.
+/// The claim that repeats a reason against the estimate which an earlier verdict wrote into its file.
 fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
     contradicted(Subject::whole(LOG), why.into(), remedy, "the file says no more")
 }
 
-/// Claims on parameters that the log does not determine, or determines by little motion.
+/// Claims on parameters that the log does not determine, or that only little motion determines.
 fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     let mut claims = Vec::new();
     let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
@@ -123,7 +126,8 @@ fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     claims
 }
 
-/// Claims on negative friction of joints with default terms only: with another friction law a single term may be negative.
+/// Claims on negative friction. Only joints with customary friction terms count, because in other friction laws a single
+/// term may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
     let has_no_other = |joint: &Label| {
         let others = estimate.parameters.iter().filter_map(|p| match &p.id {
@@ -150,13 +154,13 @@ fn friction(estimate: &Estimate) -> Vec<Claim> {
     estimate.parameters.iter().filter(drives).map(claim).collect()
 }
 
-/// Whether a term is viscous or Coulomb friction or an offset, for both directions or for one.
+/// Whether a friction term is viscous, Coulomb or an offset, for both directions of motion or for one.
 fn is_customary(term: FrictionParameter) -> bool {
     use FrictionParameter::*;
     matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
-/// The parameters with this status in words, at most three by name.
+/// The names of the parameters with this status, at most three, then "and n more".
 fn named(estimate: &Estimate, status: Status) -> String {
     let all: Vec<String> =
         estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();

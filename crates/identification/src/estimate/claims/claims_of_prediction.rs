@@ -1,4 +1,4 @@
-//! Claims on the prediction of data that were not fitted.
+//! Claims on how well an estimate predicts data that were not fitted.
 
 use claims::{Claim, Outcome, Remedy, Subject};
 
@@ -7,57 +7,59 @@ use crate::estimate::claims::noise::is_noise;
 use crate::estimate::digits::percent;
 use crate::estimate::topics::{OTHER_MOTION, agrees, cannot_tell, contradicted};
 
-/// Relative error on another motion up to which an estimate predicts well.
+/// An estimate predicts another motion well up to this relative error.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
-/// Relative error up to which an estimate predicts well where the residual is noise, which no parameter can predict.
+/// Limit of a good prediction if the residual is noise, which no parameter can predict (relative error).
 const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
-/// Relative error on data that were not fitted above which a prediction is useless.
+/// A prediction of data that were not fitted is useless above this relative error.
 const USELESS_PREDICTION_ERROR: f64 = 0.5;
-/// Error of the estimate over the error of the description on another motion, above which the description is better; noise
-/// changes the ratio by some hundredths.
+/// The description predicts another motion better if the ratio (error of the estimate / error of the description) exceeds
+/// this. Noise changes the ratio by some hundredths.
 const WORSE_ERROR_RATIO: f64 = 1.05;
-/// Error of the estimate over the error of the description on another motion, above which the estimate is wrong.
+/// The estimate is wrong if the ratio (error of the estimate / error of the description) on another motion exceeds this.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
-/// Standard deviations of the parameters explain an error up to this many times the rms error that they cause.
+/// The standard deviations of the parameters explain a prediction error up to this many times the rms error they cause.
 const EXPLAINED_DEVIATIONS: f64 = 2.0;
-/// Error on data that were not fitted over the residual of the fit, above which the fit holds for its own log only.
+/// The parameters are valid for their own log only (overfitted) if the ratio (error on data not fitted / residual of the
+/// fit) exceeds this.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// Smaller relative errors on data that were not fitted are accepted, even where the description predicts better.
+/// A prediction of data that were not fitted is accepted up to this relative error, even if the description predicts better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
-/// Reason why the remedy of a bad prediction was not tried.
+/// Why no remedy of a bad prediction was tried.
 const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 
-/// Relative errors of prediction on data that were not fitted.
+/// Relative errors with which an estimate predicts data that were not fitted; `None` if not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
-    /// Whether residuals stand out in some intervals: such an event is no lack of motion.
+    /// Whether the residual is much larger in some intervals. This is an event (e.g. a contact), not a lack of motion.
     pub has_events: bool,
-    /// Error on other logs.
+    /// Relative error on other logs.
     pub others: Option<f64>,
     /// Whether the other logs repeat the fitted motion.
     pub others_repeat: bool,
-    /// Error of the description on the other logs, with fitted friction.
+    /// Relative error of the nominal parameters with fitted friction on the other logs.
     pub others_nominal: Option<f64>,
-    /// Error on the other logs that the standard deviations of the parameters explain, where the covariance is known.
+    /// Relative error on the other logs that the standard deviations of the parameters cause; `None` without a covariance.
     pub others_unsure: Option<f64>,
-    /// Share of the error p on other logs that is due to the parameters: sqrt(p^2 - f^2), with f the residual of a fit to that
-    /// log alone (noise, and effects that the model lacks). The largest of all logs.
+    /// Error on other logs due to the parameters: sqrt(p^2 - f^2), the largest of all logs. p: error of the prediction; f:
+    /// residual of a fit to that log alone (noise, and effects that the model lacks).
     pub others_by_parameters: Option<f64>,
-    /// Whether the other logs belong to the fit, each predicted by parameters from the others.
+    /// Whether the other logs are the logs of the fit. Then each is predicted by parameters that are fitted to the others.
     pub others_are_of_the_fit: bool,
-    /// The log of the fit whose residual under parameters from all logs exceeds its own fit most: its number, and
-    /// sqrt(e(X)^2 - e(X_i)^2) (`logs_left_out`).
+    /// The log i that fits worst into the common fit: its index, and sqrt(e(X)^2 - e(X_i)^2) with its residual e for the
+    /// common parameters X and for the parameters X_i of its own fit (`logs_left_out`).
     pub most_apart: Option<(usize, f64)>,
-    /// Error of cross-validation on blocks of the fitted logs.
+    /// Relative error of cross-validation on blocks of the fitted logs.
     pub held_out: Option<f64>,
-    /// Whether the motion of each block is not repeated in the other blocks.
+    /// Whether the motion of each block is new, that is, not repeated in other blocks.
     pub parts_are_new: bool,
 }
 
 impl Prediction {
-    /// Whether logs of the fit are consistent, although parameters from the others predict one of them badly: standard
-    /// deviations explain the error, or one set of parameters fits all logs as well as separate sets do.
+    /// Whether the logs of the fit are consistent, although parameters from the others predict one of them badly. This holds
+    /// if standard deviations explain the error, or if one set of parameters fits all logs about as well as separate sets
+    /// do.
     fn is_of_poor_logs(&self) -> bool {
         let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
         let both = self.others_by_parameters.zip(self.others_unsure);
@@ -68,7 +70,7 @@ impl Prediction {
     }
 }
 
-/// The claims of a prediction. Where logs of the fit contradict each other, that is the only claim.
+/// The claims on a prediction. If logs of the fit contradict each other, that is the only claim.
 pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction) -> Vec<Claim> {
     let apart = prediction.most_apart.filter(|(_, apart)| *apart > GOOD_PREDICTION_ERROR);
     let says_more = apart.is_none() || !prediction.others_are_of_the_fit;
@@ -96,9 +98,11 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // Where parameters from the other logs of the fit predict nothing, these logs determine too little: no contradiction.
+    // If parameters from the other logs of the fit predict a log uselessly, the other logs determine too little. That is no
+    // contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
-    // Only a motion that was not fitted counts as agreement; a bad prediction of any motion counts against the estimate.
+    // A good prediction counts in favour of the estimate only if the motion was not fitted. A bad one always counts against
+    // it.
     let of_logs = others.filter(|_| !prediction.others_repeat);
     let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
     let worst = others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
@@ -128,9 +132,9 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
         };
         return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
     };
-    // Noise cannot be predicted: where the residual is noise, a larger error is allowed.
+    // Noise cannot be predicted, so a larger error is allowed if the residual is noise.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
-    // The residual of a fit to that log alone is not due to the parameters either.
+    // The error that remains in a fit to the other log alone is not due to the parameters either.
     let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
@@ -143,8 +147,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     }
 }
 
-/// The claim that the description predicts another log better than the parameters, whose relative error there is `error`:
-/// then the parameters hold for their own log only. `None` where the difference is small or explained by noise.
+/// The claim that the description predicts another log better than the identified parameters, whose relative error there is
+/// `error`. Then the parameters hold for their own log only. `None` if the difference is small or noise explains it.
 fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     let described = prediction.others_nominal?;
     if error <= WORSE_ERROR_RATIO * described || error <= SMALL_HELD_OUT_ERROR {
@@ -169,7 +173,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion ([:plan])"))
 }
 
-/// A sentence where parameters hold for their own log only; `None` where they do not.
+/// A sentence that the parameters are valid for their own log only (overfitted); `None` if they are not.
 pub(super) fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     if prediction.is_of_poor_logs() || prediction.has_events {
         return None;
@@ -212,7 +216,7 @@ mod tests {
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // Far worse and beyond the tolerance of a use: a contradiction where standard deviations do not explain it.
+        // Far worse and beyond the tolerance of a use: a contradiction, unless standard deviations explain it.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
         assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));

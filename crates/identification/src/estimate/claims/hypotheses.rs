@@ -1,6 +1,8 @@
-//! Faults of a log, and rotors that a model lacks, each estimated by a fit as one unknown more.
+//! Tests of hypotheses at a fit: faults of a log, and rotor inertias that a model lacks. Each is estimated as one additional
+//! unknown.
 //!
-//! The parameters X stay free, so wrong nominal bodies cause no fault. With x the fit and one unknown u,
+//! The parameters X are re-fitted in each test, so wrong nominal bodies cause no fault. With the fitted parameters x, one
+//! unknown u, its column h with entries h_j for joint j, the regressor W with rows Y_j, and joint k,
 //!
 //! ```text
 //! tau = W X + h u        zero of k     h_j = d(Y_j x)/dq_k
@@ -13,18 +15,19 @@
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
 //!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
-//! One triangle projects h and tau onto the complement of W. The projections give u, its standard deviation, and the smallest
-//! u that would be found. A fault is found where u exceeds `FOUND_FAULT_SIGMAS` standard deviations, where the error of
-//! cross-validation falls below `WORTHWHILE_ERROR_RATIO` of the error without it, and where it explains at least
-//! `least_share` of the torque. The standard deviation is a jackknife over tenths of the record, at least that of white noise.
+//! A QR factorisation (triangle) projects h and tau onto the complement of W. The projections give u, its standard
+//! deviation, and the smallest u that would be found. A fault is found if u exceeds `FOUND_FAULT_SIGMAS` standard
+//! deviations, if it reduces the error of cross-validation to less than `WORTHWHILE_ERROR_RATIO` times the error without it,
+//! and if it explains at least `least_share` of the torque. The standard deviation is a jackknife over tenths of the record,
+//! at least that of white noise.
 //!
 //! A significant fault that explains too little to be named still changes the parameters. That change inflates their
-//! standard deviations, and so does a fault that the data do not exclude (`widening`). Late torques and friction that grows
-//! with the load are tested elsewhere (log check, `friction: auto`); cross talk has many columns, one of which explains a
-//! small share of any residual. These three only inflate standard deviations.
+//! standard deviations. A fault that the data do not exclude does the same (`sigma_inflation`). Late torques and friction
+//! that grows with the load are detected elsewhere (log check, `friction: auto`). Cross talk has many columns, and by chance
+//! one of them explains a small share of any residual. These three kinds therefore only inflate standard deviations.
 //!
-//! A rotor whose column is a combination of other columns is not identifiable: [`HypothesisTest::within`] names their
-//! parameters. Not identifiable either: a common scale of all torques, and the zero of a joint with unknown bodies.
+//! A rotor is not identifiable if its column is a combination of other columns: [`HypothesisTest::within`] lists their
+//! parameters. A common scale of all torques, and the zero of a joint with unknown bodies, are not identifiable either.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -40,26 +43,26 @@ use crate::signals::thinned::MOST_THINNED_SAMPLES;
 /// The result of the test of one hypothesis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HypothesisTest {
-    /// The hypothesis.
+    /// The tested hypothesis.
     pub of: Hypothesis,
-    /// Its size u, in the unit of the hypothesis.
+    /// Estimated size u, in the unit of the hypothesis.
     pub value: f64,
     /// Standard deviation of u.
     pub deviation: f64,
-    /// The smallest size that would have been found; infinite where no size would.
+    /// Smallest |u| that would have been found; infinite if no size would.
     pub power: f64,
-    /// Errors of cross-validation without it and with it, where computed.
+    /// Relative errors of cross-validation (without, with) the hypothesis; `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of its coordinate over the norm of all; 1 where it has no coordinate.
+    /// Norm of the weighted torque of the coordinate of the hypothesis, over the norm of all; 1 if it has no coordinate.
     pub torque_share: f64,
-    /// Change of the parameters when it is included; empty where it is not identifiable.
+    /// Change of the parameters when the hypothesis is fitted too; empty if it is not identifiable.
     pub effect: Vec<f64>,
-    /// The parameters whose columns contain its column, where it is not identifiable.
+    /// Indices of the parameters whose columns combine to its column, if it is not identifiable; otherwise empty.
     pub within: Vec<usize>,
 }
 
 impl HypothesisTest {
-    /// A hypothesis that is not identifiable.
+    /// The test result of a hypothesis that is not identifiable.
     fn not_identifiable(of: &Hypothesis) -> HypothesisTest {
         let (none, of, torque_share) = (f64::INFINITY, *of, 1.0);
         let (effect, within) = (Vec::new(), Vec::new());
@@ -78,27 +81,28 @@ impl HypothesisTest {
             && self.held_out.is_some_and(is_worth_naming)
     }
 
-    /// Error of cross-validation with the fault over the error without it; `None` where it is not found.
+    /// Error of cross-validation with the fault over the error without it; `None` if the fault is not found.
     pub fn gain(&self) -> Option<f64> {
         self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
     }
 
-    /// The share of the torque that it explains in cross-validation; 0 where not computed.
+    /// The share of the torque that the hypothesis explains in cross-validation; 0 if not computed.
     pub(crate) fn explained(&self) -> f64 {
         self.held_out.map_or(0.0, |(without, with)| (without * without - with * with).max(0.0).sqrt())
     }
 
-    /// The share of the torque of its own coordinate that it explains, as if it explained nothing at other coordinates.
+    /// The explained torque relative to the torque of its own coordinate, as if it explained nothing at other coordinates.
     pub(crate) fn explained_at_joint(&self) -> f64 {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
-    /// Whether its size is significant.
+    /// Whether u is significantly different from zero.
     pub(crate) fn is_significant(&self) -> bool {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
-    /// The coordinate of a significant rotor that reduces the error of cross-validation; `None` for other hypotheses.
+    /// The coordinate of this rotor, if its inertia is significant and reduces the error of cross-validation; otherwise, and
+    /// for other hypotheses, `None`.
     pub fn significant_rotor(&self) -> Option<usize> {
         let Hypothesis::Rotor(k) = self.of else { return None };
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
@@ -108,21 +112,21 @@ impl HypothesisTest {
 
 /// A fault is significant beyond this many standard deviations.
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
-/// Error of cross-validation with the fault over the error without it, below which the fault is named.
+/// A claim names a fault if the ratio of the errors of cross-validation (with / without the fault) is below this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// Number of blocks of the record that are left out in turn.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
-/// Weight of the row that regularises a parameter towards the fit, over the norm of its column.
+/// Weight of the row that regularises a parameter towards its fitted value, relative to the norm of its column.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A column is not identifiable where the parameters explain all but this share of its norm.
+/// A hypothesis is not identifiable if the parameters explain all but this share of the norm of its column.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter explains such a column where its term is at least this share of the norm of the column.
+/// A parameter is part of a non-identifiable column if its term is at least this share of the norm of the column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Largest number of coordinates; for more the test takes too long.
+/// Hypotheses are tested only up to this number of coordinates; for more the test takes too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
-/// Tests every hypothesis at a fit, with the weights of its rows. Empty for a robot of more than 12 coordinates, and where
-/// there is no parameter.
+/// Tests every hypothesis at a fit, with the weights of the rows of the fit. Empty if the robot has more than 12 coordinates
+/// or no parameters.
 ///
 /// Fails when a record cannot be read.
 pub fn hypotheses<R: Records + ?Sized>(
@@ -141,7 +145,7 @@ pub fn hypotheses<R: Records + ?Sized>(
     Ok(found.map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// Every hypothesis of a model; none for a robot of more than 12 coordinates, and where there is no parameter.
+/// Lists every hypothesis for a model; empty if the robot has more than 12 coordinates or no parameters.
 pub fn hypotheses_of(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
     match model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         true => Vec::new(),
@@ -149,8 +153,8 @@ pub fn hypotheses_of(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothes
     }
 }
 
-/// One triangle per block of the records, of the rows [W | h] and tau with the weights of the fit; and the sums of squares of
-/// these tau by joint.
+/// Computes one triangle (R of a QR factorisation) per block of the records, of the weighted rows [W | h] and tau; and by
+/// joint the sum of squares of the weighted tau.
 ///
 /// Fails when a record cannot be read.
 pub fn triangles<R: Records + ?Sized>(
@@ -162,7 +166,7 @@ pub fn triangles<R: Records + ?Sized>(
     count_of_parts: usize,
 ) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
     let n = model.n();
-    // Records are thinned, since each sample costs several calls of the regressor.
+    // Samples are thinned, since each costs several calls of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
@@ -194,7 +198,7 @@ pub fn triangles<R: Records + ?Sized>(
     Ok((parts.map(|(part, taken_out)| part.with_taken_out(taken_out)).collect(), torques))
 }
 
-/// The results of the hypotheses, from the triangles of blocks of the record.
+/// Tests hypotheses `all` on the triangles of blocks of the record. `x`: the fitted parameters. One result per hypothesis.
 pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
     let p = x.len();
     // Rows of weight `HELD_COLUMN_SHARE` regularise undetermined parameters towards x.
@@ -213,7 +217,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     let leaving: Vec<UnknownsResidual> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
     let noise = (all_in.square() / rows).sqrt();
-    // u of each hypothesis alone; a column that W explains is not identifiable.
+    // Each hypothesis is tested alone. If W explains its column, it is not identifiable.
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
         let is_identifiable = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
@@ -229,7 +233,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // The smallest u that would be found: it lowers the error enough, and is significant.
+        // The smallest u that would be found must reduce the error enough and be significant.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -242,14 +246,14 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     all.iter().enumerate().map(test).collect()
 }
 
-/// The columns among the first p whose combination is column c.
+/// Indices of the columns among the first p whose combination is column c.
 fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
     let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
     let made_of = coefficients(triangle, p, c);
     (0..p).filter(|&i| (made_of[i] * triangle.column_norm(i)).abs() > least).collect()
 }
 
-/// The coefficients of the first p columns whose combination is nearest to column c, by back substitution in the triangle.
+/// The coefficients with which the first p columns approximate column c best, by back substitution in the triangle.
 pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
     let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
     let mut found = vec![0.0; p];
@@ -260,14 +264,14 @@ pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> 
     found
 }
 
-/// The standard deviation of an estimate from its values with each block left out in turn (jackknife).
+/// The standard deviation of an estimate from its values when each block is left out in turn (jackknife).
 pub(super) fn jackknife(others: &[f64]) -> f64 {
     let m = others.len() as f64;
     let mean = others.iter().sum::<f64>() / m;
     (others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m).sqrt()
 }
 
-/// Relative errors of cross-validation, weighted by joint, with the first p of these columns and with all.
+/// Relative errors of cross-validation, weighted by joint: with the first p of `columns`, and with all of them.
 fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) -> (f64, f64) {
     let (mut whole, mut without, mut with) = (0.0, 0.0, 0.0);
     for (k, part) in parts.iter().enumerate() {
@@ -288,7 +292,7 @@ pub(super) fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
     Triangle::sum(parts[0].columns(), kept.map(|(_, part)| part))
 }
 
-/// Rows that regularise each parameter towards the fit, weighted by a share of its column.
+/// Rows that regularise each parameter towards its fitted value `x`, with a small share of the norm of its column as weight.
 pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let mut block = TriangleBuilder::new(rows.columns());
     for (c, x) in x.iter().enumerate() {
@@ -299,22 +303,22 @@ pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
-/// The residuals of the columns of unknowns and of the torque, after projection onto the complement of the parameters.
+/// The columns of the unknowns and the torque, projected onto the complement of the columns of the parameters.
 struct UnknownsResidual {
-    /// By unknown, the residual of its column.
+    /// One projected column per unknown.
     columns: Vec<Vec<f64>>,
     torque: Vec<f64>,
 }
 
 impl UnknownsResidual {
-    /// The residuals of a triangle whose first p columns belong to the parameters.
+    /// The projections in a triangle whose first p columns belong to the parameters.
     fn of(triangle: &Triangle, p: usize) -> UnknownsResidual {
         let width = triangle.columns();
         let column = |c: usize| (p..=width).map(|i| if i <= c { triangle.at(i, c) } else { 0.0 }).collect();
         UnknownsResidual { columns: (p..width).map(column).collect(), torque: column(width) }
     }
 
-    /// The value of unknown e as the only one besides the parameters, and the norm of its residual column.
+    /// Value of unknown e if it is the only unknown besides the parameters, and the norm of its projected column.
     fn unknown(&self, e: usize) -> (f64, f64) {
         let column = &self.columns[e];
         let square: f64 = column.iter().map(|x| x * x).sum();
@@ -334,8 +338,8 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::states::States;
 
-    /// The test result of a hypothesis on states that `change` modifies; and the relative errors of the parameters without it
-    /// and with it.
+    /// The test result of a hypothesis on states that `change` modifies; and the relative errors of the parameters if the
+    /// hypothesis is not fitted, and if it is.
     fn tested_with(of: &Hypothesis, change: impl Fn(&mut States)) -> (HypothesisTest, [f64; 2]) {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
@@ -370,7 +374,8 @@ mod tests {
         };
         for joint in [None, Some(0)] {
             let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
-            // The central difference has an error of (w h)^2/6, the delay its square: some per cent at 5.1 rad/s.
+            // Relative errors: (w h)^2/6 of the central difference (w: frequency, h: sample time) and the square of the
+            // delay, some per cent at 5.1 rad/s.
             assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
             assert!(found.is_significant() && !found.is_found(), "{found:?}");
             // The remaining error is proportional to the square of the delay.
@@ -387,7 +392,7 @@ mod tests {
             states.tau.iter_mut().zip(load).zip(&states.direction).for_each(|((tau, load), s)| *tau += 0.1 * s * load);
         };
         let (found, [without, with]) = tested_with(&Hypothesis::LoadFriction(0), loaded);
-        // The load comes from the fit without load friction.
+        // The load |Y_k x| comes from a fit without load friction, so it is not exact.
         assert!((found.value - 0.1).abs() < 0.02 && found.is_significant() && !found.is_found(), "{found:?}");
         assert!(with < 0.2 * without, "{without} {with}");
     }

@@ -1,15 +1,15 @@
-//! Claims on an estimate with their evidence, and their consequences for each use.
+//! Claims on an estimate with their evidence, and what they mean for each use of the estimate.
 //!
 //! | file | content |
 //! |---|---|
 //! | `claims_of_log` | findings and detection limits of the log check |
 //! | `claims_of_columns` | agreement of velocities and accelerations with differences of positions and velocities |
 //! | `claims_of_fit` | residual and undetermined parameters of the fit |
-//! | `noise` | whether the residual looks like noise |
+//! | `noise` | whether the residual is noise |
 //! | `claims_of_prediction` | errors of prediction, and whether one set of parameters fits several logs |
 //! | `claims_of_faults` | tested faults ([`hypotheses`]; properties of each kind: `hypothesis`) |
 //! | `sigma_inflation` | inflation of standard deviations by faults that are not named or not excluded |
-//! | `unknowns` | joint estimation of several of these unknowns, where requested |
+//! | `unknowns` | joint estimation of several unknown faults that the user requests |
 //! | `purposes` | claims that each use needs, including errors of torques ([`crate::estimate::torque_error`]) |
 
 mod claims_of_columns;

@@ -5,22 +5,24 @@ use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::significant;
 use crate::estimate::residuals::JointResidual;
 
-/// A residual is not noise where its autocorrelation time exceeds that of filtered white noise by this factor.
+/// A residual is not noise if its autocorrelation time exceeds that of filtered white noise by this factor.
 const LONG_MEMORY_RATIO: f64 = 2.0;
 
-/// Whether the residual of every joint is noise; false where no autocorrelation time is known.
+/// Whether the residual of every joint is noise; false if no autocorrelation time is known.
 pub(super) fn is_noise(estimate: &Estimate) -> bool {
     let memory = |j: &JointResidual| Some(times(estimate.cutoff?, j.memory?));
     let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
     !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
 }
 
-/// The autocorrelation time of a residual, s, over that of white noise after a low-pass with this cut-off, Hz.
+/// Ratio of the autocorrelation time `memory` of a residual, s, to that of white noise after a low-pass with this cut-off,
+/// Hz.
 fn times(cutoff: f64, memory: f64) -> f64 {
     memory * cutoff / NOISE_MEMORY_PERIODS
 }
 
-/// A sentence on the joint whose residual has the longest autocorrelation time; `None` where none is known.
+/// A sentence on whether the residual is noise, for the joint with the longest autocorrelation time; `None` if none is
+/// known.
 pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
     let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;

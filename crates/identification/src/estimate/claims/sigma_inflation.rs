@@ -1,21 +1,24 @@
-//! Inflation of standard deviations by significant faults that explain too little to be named, and by faults and rotors that
-//! the data do not exclude.
+//! Inflation of the standard deviations sigma_i of the parameters x_i by two kinds of faults: significant ones that explain
+//! too little to be named, and faults and rotors that the data do not exclude.
 //!
-//! With x the fit and u one unknown more (`hypotheses`), for u beyond `LIKELY_FAULT_SIGMAS` of their standard deviations,
+//! Each fault u is fitted as one additional unknown (`hypotheses`). Faults beyond `LIKELY_FAULT_SIGMAS` of their standard
+//! deviations inflate the variance of x_i to
 //!
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The largest counts and not the sum, since columns of faults of one log are correlated. A zero, a spring or a drift below
-//! that limit may exist with the rms size s(u) = value sqrt(1 + (deviation/value)^2), and changes the parameters by d_i(u) =
-//! (x_i with u - x_i without) s(u)/value. The same holds for any rotor that the description does not mention; it is no fault.
+//! The maximum is used, not the sum, because the columns of faults of one log are correlated. A zero, a spring or a drift
+//! below that limit may still exist. It has the rms size s(u) = value sqrt(1 + (deviation/value)^2), and changes the
+//! parameters by d_i(u) = (x_i with u - x_i without) s(u)/value. Any rotor that the description does not mention is treated
+//! in this way too, though it is no fault. These inflate the variance further to
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
 //! ```
-//! An example is a spring that bodies nearly explain in the range of the log: it is not separable from their weight, so the
-//! weight is as uncertain as the spring. The scale of a joint is excluded, since parameters are in the units of the log.
-//! Torques of motions like the logged ones hardly change with these unknowns, so they count in no error of torques.
+//! Example: a spring that is nearly not separable from the weight of a body in the range of the log makes this weight as
+//! uncertain as the spring. The scale of a joint torque is excluded, since parameters are in the torque units of the log.
+//! For motions similar to the logged ones, predicted torques hardly change with these unknowns, so errors of torques do not
+//! include them.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::claims::claims_of_faults::statement;
@@ -23,8 +26,8 @@ use crate::estimate::claims::hypotheses::HypothesisTest;
 use crate::estimate::identified::Identified;
 use crate::estimate::topics::ROTOR;
 
-/// A fault beyond this many standard deviations inflates the parameters' standard deviations. Fewer than one in a hundred
-/// absent faults exceed it, by Student's t with the nine degrees of freedom of the jackknife.
+/// A fault beyond this many of its standard deviations inflates the standard deviations of the parameters. If there is no
+/// fault, the chance to exceed it is below 1 %, by Student's t with the nine degrees of freedom of the jackknife.
 const LIKELY_FAULT_SIGMAS: f64 = 4.0;
 
 fn is_likely(tested: &HypothesisTest) -> bool {
@@ -35,19 +38,19 @@ fn is_rotor(tested: &HypothesisTest) -> bool {
     tested.of.kind().topic == ROTOR
 }
 
-/// The faults that inflate the standard deviations of these parameters.
+/// The likely faults, without rotors, that were tested with the same parameters as the estimate.
 fn likely<'a>(faults: &'a [HypothesisTest], estimate: &Estimate) -> Vec<&'a HypothesisTest> {
     let of_these = |f: &&HypothesisTest| f.effect.len() == estimate.parameters.len() && !is_rotor(f);
     faults.iter().filter(of_these).filter(|f| is_likely(f)).collect()
 }
 
-/// The change of the parameters by each of the faults that [`inflate_by_faults`] counts.
+/// The changes of the parameters, one vector per fault that [`inflate_by_faults`] counts.
 pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<Vec<f64>> {
     likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
 }
 
-/// Inflates standard deviations and covariance by faults, and adds a remark on the fault with the largest effect. An estimate
-/// whose parameters differ from the tested ones is unchanged.
+/// Inflates standard deviations and covariance by likely faults, and adds a remark on the unnamed fault with the largest
+/// effect. The estimate is unchanged if its parameters differ from the tested ones.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {
@@ -64,8 +67,8 @@ pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     estimate.remarks.extend(remark);
 }
 
-/// Inflates standard deviations and covariance by rotors, and by zeros, springs and drifts that the data do not exclude; a
-/// fault that [`inflate_by_faults`] has counted does not count twice.
+/// Inflates standard deviations and covariance by rotors, and by zeros, springs and drifts that the data do not exclude. A
+/// fault that [`inflate_by_faults`] has counted is not counted again.
 pub fn inflate_by_undetected_faults(estimate: &mut Estimate, tested: &[HypothesisTest]) {
     let is_held = |f: &&&HypothesisTest| !is_likely(f) && f.of.kind().may_be_there;
     let counts = |f: &&HypothesisTest| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
@@ -112,7 +115,8 @@ mod tests {
         }
     }
 
-    /// A fault of twenty sigma inflates the parameters that it changes, and their covariance; the correlation stays.
+    /// A fault of twenty sigma inflates the standard deviations of the parameters that it changes, and their covariance. The
+    /// correlation does not change.
     #[test]
     fn what_a_fault_would_change_is_part_of_the_deviation() {
         let mut wide = estimate();
@@ -136,7 +140,7 @@ mod tests {
         inflate_by_faults(&mut wide, std::slice::from_ref(&rotor));
         assert_eq!(wide, estimate());
         inflate_by_undetected_faults(&mut wide, std::slice::from_ref(&rotor));
-        // sqrt(0.03^2 + 0.04^2 (1 + 2^2))
+        // Expected: sqrt(0.03^2 + 0.04^2 (1 + 2^2)).
         assert!((wide.parameters[0].sigma.unwrap() - 0.0089f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
         assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
         let spring = HypothesisTest { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
@@ -145,7 +149,8 @@ mod tests {
         let told = HypothesisTest { of: Hypothesis::Spring(0), ..scale(0.02, 0.2) };
         let scale = HypothesisTest { deviation: 0.03, ..scale(0.01, 0.02) };
         inflate_by_undetected_faults(&mut wide, &[rotor, spring, lesser, told, scale]);
-        // plus 0.01^2 (1 + 3^2); the smaller spring, the significant one and the scale do not count.
+        // Expected: the former variance plus 0.01^2 (1 + 3^2). The smaller spring, the significant one and the scale do not
+        // count.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 

@@ -1,16 +1,17 @@
-//! Joint estimation of parameters and several unknowns: mount, zeros, scales or springs, as the user requests.
+//! Estimates parameters together with several unknowns that the user requests: mount, zeros, scales or springs.
 //!
-//! One step of Gauss-Newton from the guess with which the records were made. With H the columns of [`hypotheses`] of the
-//! requested kinds and x the fit without them,
+//! It makes one Gauss-Newton step from the guess of the unknowns with which the records were made. H: columns of
+//! [`hypotheses`] of the requested kinds; X: parameters; u: error of the guess:
 //!
 //! ```text
 //! min |W X + H u - tau|      u: error of the guess
 //! ```
-//! A column that W and the columns before it explain is not identifiable; its unknown keeps the guess. The standard deviation
-//! is a jackknife of u over tenths of the record, at least that of white noise.
+//! An unknown is not identifiable if W and the columns before its own explain its column. It then keeps the guess. The
+//! standard deviation of u is a jackknife over tenths of the record, at least that of white noise.
 //!
-//! Zeros have a prior, the row guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]: the first zero of a robot that
-//! stands almost upright is hardly identifiable, by the small tilt alone, and would diverge without it.
+//! Zeros have a prior: the row guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Reason: if a robot stands
+//! almost upright, the zero of its first joint is hardly identifiable (only through the small tilt), and would diverge
+//! without a prior.
 //!
 //! [`hypotheses`]: crate::estimate::claims::hypotheses
 
@@ -27,27 +28,27 @@ use crate::estimate::claims::hypotheses::{
 use crate::estimate::hypothesis::all;
 use crate::signals::records::Records;
 
-/// Prior standard deviation of zeros relative to the description, rad (11 degrees). It hardly changes an identifiable zero:
-/// one with a standard deviation of 1 degree changes by 1 %.
+/// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior hardly changes an identifiable
+/// zero: a zero with a standard deviation of 1 degree changes by 1 %.
 pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
-/// One unknown of a step.
+/// The result of one Gauss-Newton step for one unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnknownStep {
-    /// Its kind.
+    /// The unknown.
     pub of: Hypothesis,
-    /// Its difference from the guess, and the standard deviation; `None` where it is not identifiable.
+    /// Its difference from the guess, and the standard deviation of the difference; `None` if it is not identifiable.
     pub identified: Option<(f64, f64)>,
-    /// Whether the prior decides it: without the prior, its standard deviation exceeds half of the prior's.
+    /// Whether the prior, not the data, decides it: without the prior its standard deviation exceeds half of the prior's.
     pub is_prior: bool,
-    /// Change of each parameter per unit of it; empty where it is not identifiable.
+    /// Change of each parameter per unit of the unknown; empty if it is not identifiable.
     pub effect: Vec<(ParameterId, f64)>,
 }
 
-/// One step of Gauss-Newton for the hypotheses that `is_wanted` selects, at a fit with the weights of its rows. `zeros`: the
-/// guess of the zero of each coordinate relative to the description, rad.
+/// Makes one Gauss-Newton step for the hypotheses that `is_wanted` selects, at a fit with the weights of its rows. `zeros`:
+/// guess of the zero of each coordinate relative to the description, rad. One result per selected hypothesis.
 ///
-/// Fails for a robot of more than 12 coordinates, and when a record cannot be read.
+/// Fails if the robot has more than 12 coordinates, or if a record cannot be read.
 pub fn step<R: Records + ?Sized>(
     model: &Model,
     records: &R,
@@ -105,7 +106,7 @@ fn solved(
     let mut prior = TriangleBuilder::new(width);
     for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_identifiable[*e]) {
         let Hypothesis::Zero(k) = *of else { continue };
-        // The noise that gives the jackknife's standard deviation instead of the white one.
+        // Noise level for which the white-noise standard deviation would equal that of the jackknife.
         let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
         let mut row = vec![0.0; width];
         row[p + e] = noise / ZERO_PRIOR_RAD;
@@ -118,19 +119,20 @@ fn solved(
         if !is_identifiable[e] {
             return UnknownStep { of: *of, identified: None, is_prior: false, effect: Vec::new() };
         }
-        // W X + h u = tau: X changes by -R^-1 h per unit of u.
+        // From W X + h u = tau: X changes by -R^-1 h per unit of u.
         let made_of = coefficients(&all_rows, p, p + e);
         let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
         let is_zero = matches!(of, Hypothesis::Zero(_));
         let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
-        // The jackknife does not contain the variance of the prior, so the posterior variance is a lower bound.
+        // The jackknife does not include the prior's variance. So the result is at least the posterior standard deviation.
         let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
         UnknownStep { of: *of, identified: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };
     wanted.iter().enumerate().map(one).collect()
 }
 
-/// The unknowns behind the first p columns, by back substitution; unknowns that are not identifiable are zero.
+/// The unknowns u, whose columns follow the first p columns, by back substitution. Unknowns that are not identifiable are
+/// zero.
 fn substituted(triangle: &Triangle, p: usize, is_identifiable: &[bool]) -> Vec<f64> {
     let width = triangle.columns();
     let mut left: Vec<f64> = (p..width).map(|i| triangle.at(i, width)).collect();
@@ -142,8 +144,8 @@ fn substituted(triangle: &Triangle, p: usize, is_identifiable: &[bool]) -> Vec<f
     u
 }
 
-/// Inflates standard deviations and covariance by the unknowns: sigma^2 + sum (effect * deviation)^2. A parameter that was
-/// not in the step, such as friction chosen later, is unchanged.
+/// Inflates standard deviations and covariance by the uncertainty of the unknowns: sigma^2 + sum (effect * deviation)^2. A
+/// parameter that was not in the step, such as friction chosen later, is unchanged.
 pub fn inflate_by_unknowns(estimate: &mut Estimate, steps: &[UnknownStep]) {
     let ids: Vec<ParameterId> = estimate.parameters.iter().map(|p| p.id.clone()).collect();
     let square = |step: &UnknownStep, id: &ParameterId| {

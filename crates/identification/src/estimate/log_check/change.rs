@@ -1,9 +1,10 @@
-//! Changes that undo faults of a log, and the misfit of the torques that a description then predicts.
+//! Changes that undo faults of a log, and the misfit: how badly a description predicts the torques of the changed log.
 //!
-//! T = Y(q', dq', ddq') X with the changed motion. The torque of joint j is regressed on T_j and the columns F_j =
-//! [ddq_j, dq_j, direction_j, 1] that no description has (rotor, friction, offset). The slope of T_j may be between half
-//! and twice the scale of all joints. The squared residual relative to the fit by F_j alone is the misfit of the joint: 0
-//! where the description predicts the torque, 1 where it explains nothing.
+//! T = Y(q', dq', ddq') X are the nominal torques for the changed motion. The torque of joint j is regressed on T_j and on
+//! the columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description
+//! contains. The slope of T_j may be between half and twice the scale of all joints. The misfit of a joint is the squared
+//! residual relative to that of a fit by F_j alone: 0 if the description predicts the torque exactly, 1 if it explains
+//! nothing.
 
 use generated::Eight;
 use linear_model::regressor::Regressor;
@@ -12,12 +13,12 @@ use linear_model::states::States;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::log_check::regression::Partial;
 
-/// One change of a log: a fault that is undone, and its size where it has one.
+/// A change of a log that undoes one fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
     /// The fault.
     pub of: Hypothesis,
-    /// Of a zero, the increase of the position, rad; of a scale, logged torque over true torque, minus 1; else 0.
+    /// Size of the fault. For a zero: increase of the position, rad. For a scale: logged torque / true torque - 1. Else 0.
     pub size: f64,
 }
 
@@ -39,7 +40,7 @@ impl Change {
         changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, &mut dq, &mut ddq));
     }
 
-    /// The samples `rows` of a log with these changes applied.
+    /// A copy of the samples `rows` of a log with these changes applied.
     pub(super) fn all_done(changes: &[Change], log: &States, rows: &[usize], regressor: &dyn Regressor) -> States {
         let n = log.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !regressor.is_prismatic(k)).collect();
@@ -50,7 +51,7 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
-            // Directions change like velocities, but have no unit.
+            // Directions of motion change like velocities, but are not converted from degrees, because they have no unit.
             let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
             let [q, ddq] = &mut still;
             changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));
@@ -65,15 +66,16 @@ impl Change {
     }
 }
 
-/// A description, which predicts torques for any motion.
+/// A description of a robot: it predicts torques for any motion.
 pub(super) struct Description<'a> {
     pub regressor: &'a dyn Regressor,
-    /// Base parameters.
+    /// The nominal base parameters.
     pub parameters: &'a [f64],
 }
 
 impl Description<'_> {
-    /// Nominal torques at the samples `rows` of the changed log, N m (N), sample by sample, n each.
+    /// Nominal torques for the changed motion at the samples `rows`, N m (N), sample by sample, n per sample. Gravity is
+    /// subtracted if a change says that the log is compensated for gravity.
     pub(super) fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
         if changes.iter().any(|change| change.of == Hypothesis::GravityCompensated) {
@@ -83,8 +85,8 @@ impl Description<'_> {
         torques
     }
 
-    /// Nominal torques at the samples `rows` of the changed log, without undoing a compensation of gravity. `moves`: 1, or 0
-    /// for torques at rest at the same positions.
+    /// Nominal torques for the changed motion at the samples `rows`, always with gravity. `moves`: factor on velocities and
+    /// accelerations, 1, or 0 for torques at rest.
     fn moving(&self, states: &States, rows: &[usize], changes: &[Change], moves: f64) -> Vec<f64> {
         let n = states.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
@@ -128,13 +130,13 @@ impl Description<'_> {
 /// Number of samples whose regressors are computed together: eight blocks of eight SIMD lanes.
 const SAMPLES_PER_PASS: usize = 64;
 
-/// The slope of the description may differ from the scale of all joints by this factor.
+/// Bounds of the slope of the nominal torque of a joint, relative to the scale of all joints.
 const SLOPE_RANGE: [f64; 2] = [0.5, 2.0];
 
-/// Joints with fewer samples than this are not examined.
+/// A joint with fewer used samples than this is not examined.
 pub(super) const MIN_SAMPLES_PER_JOINT: usize = 60;
 
-/// Column k of an array with n columns, at the chosen samples.
+/// Column k of an array with n columns (stored row by row), at the samples `rows`.
 pub(super) fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
     rows.iter().map(|&r| x[r * n + k]).collect()
 }
@@ -144,8 +146,8 @@ pub(super) fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
     (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
 }
 
-/// The misfit of each joint: the squared residual of its torque, over the squared residual of its own columns F_j in the
-/// unchanged log (`as_it_is`).
+/// The misfit of each joint: its squared residual by the description in the changed log, over that by F_j alone in the
+/// unchanged log (`as_it_is`). `scale`: scale of the torques of all joints.
 pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
     let misfit = |(j, p): (usize, &Partial)| {
         let slope = scale * (p.slope() / scale).clamp(SLOPE_RANGE[0], SLOPE_RANGE[1]);
@@ -153,24 +155,25 @@ pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change
         match as_it_is[of].yy {
             whole if whole > 0.0 => (p.residual(slope) * p.yy / whole).min(MAX_MISFIT),
             _ if of == j => 0.0,
-            // The constant torque of a joint at standstill cannot be the torque of another joint.
+            // A joint whose logged torque is constant (standstill) cannot have the torque of another joint.
             _ => MAX_MISFIT,
         }
     };
     found.iter().enumerate().map(misfit).collect()
 }
 
-/// The joint of the log that holds the velocity of joint j. Changes are traversed from the last to the first.
+/// Number of the joint whose columns in the log contain the velocity of joint j. The changes are undone from the last to the
+/// first.
 pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| change.of.motion_of(j))
 }
 
-/// The joint of the log that holds the position of joint j.
+/// Number of the joint whose column in the log contains the position of joint j.
 pub(super) fn position_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| change.of.position_of(j))
 }
 
-/// The joint of the log that holds the torque of joint j, and the factor of that torque.
+/// Number of the joint whose column in the log contains the torque of joint j, and the factor that corrects this column.
 pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
         let (next, s) = change.of.torque_of(change.size, of);
@@ -178,5 +181,5 @@ pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     })
 }
 
-/// Largest misfit: a description without any use.
+/// Upper bound of a misfit: the description explains nothing.
 const MAX_MISFIT: f64 = 1.0;

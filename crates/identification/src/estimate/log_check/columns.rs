@@ -1,6 +1,8 @@
-//! Checks of the numbers of a log before any mechanics: words that were read without their sign, and rows of two sources.
+//! Checks of the numbers in a log that need no mechanics: integers that were read without their sign, and rows from two
+//! sources.
 //!
-//! With such a finding all other checks are skipped, since they would fail: a torque without its sign makes friction drive.
+//! If there is such a finding, all other checks are skipped, because they would fail: without its sign, a torque looks like
+//! friction that drives.
 
 use logs::{RawWord, Suspect};
 
@@ -8,7 +10,7 @@ use crate::estimate::log_check::diagnosis::DiagnosisInput;
 use crate::estimate::log_check::finding::{Fault, Finding};
 
 impl DiagnosisInput<'_> {
-    /// Faults with which the numbers are not measurements of the robot.
+    /// Findings that show that the numbers are not measurements of the robot; empty if there are none.
     pub(super) fn unreadable(&self) -> Vec<Finding> {
         let of = |word: fn(&Suspect) -> Option<RawWord>, what: &str| {
             let raw: Vec<(&Suspect, RawWord)> = self.suspects.iter().filter_map(|s| Some((s, word(s)?))).collect();
@@ -46,7 +48,7 @@ impl DiagnosisInput<'_> {
     }
 }
 
-/// The coordinates of suspects, each once, since several logs have the same coordinates.
+/// The names of the coordinates of suspects, without repetition: several logs have the same coordinates.
 fn names<'a>(suspects: impl Iterator<Item = &'a Suspect>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for suspect in suspects {

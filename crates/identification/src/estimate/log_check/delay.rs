@@ -1,14 +1,14 @@
-//! The common delay d of all torques relative to the motion, s, independent of the description.
+//! Finds the common delay d of all torques relative to the motion, s, without using the description's parameters.
 //!
 //! ```text
 //! tau_j(t) = Y_j(t - d) X + a_j ddq_j(t - d) + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
 //! ```
-//! T_j is the torque that the other columns explain; d and X are common to all joints. a_j is a rotor, which many
-//! descriptions do not mention: the columns of a delay and of a missing rotor are correlated. With Y_j(t - d) = Y_j - d
-//! dY_j/dt the search is Gauss-Newton in d. The torques are regressed on the shifted columns and on the rate of the torque
-//! that these explain, and joints are weighted by their residuals. Friction that grows with the load is among the columns,
-//! because it changes sign with the velocity as the effect of a delay does. Rows within 1 / f_c of a reversal are left out
-//! (|dq| < |ddq| / f_c), because the filtered velocity does not show when a joint sticks.
+//! T_j is the torque that the columns without e_j explain. d and X are common to all joints. a_j is a rotor inertia, which
+//! many descriptions do not mention: without it, a missing rotor would look like a delay. Because Y_j(t - d) is about Y_j -
+//! d dY_j/dt, d is found by Gauss-Newton. The torques are regressed on the shifted columns and on the rate of the torque
+//! that these explain. The joints are weighted by 1 / residual. Friction that grows with the load (e_j) is a column, because
+//! it changes sign with the velocity, as the effect of a delay does. Rows within about 1 / f_c (f_c: cut-off) of a reversal
+//! (|dq| < |ddq| / f_c) are left out, because the filtered velocity does not show when a joint sticks.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -19,16 +19,17 @@ use numerics::vector::dot;
 use crate::estimate::log_check::change::{MIN_SAMPLES_PER_JOINT, used};
 use crate::estimate::log_check::samples::Samples;
 
-/// A delay of all torques.
+/// The common delay of all torques, with its evidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lag {
     /// The delay, s; positive: the torques are late.
     pub seconds: f64,
-    /// Share of the squared residual that the delay explains, mean over the joints.
+    /// Share of the squared residual that the delay explains, 0 to 1, mean over the joints.
     pub share: f64,
 }
 
-/// The least share of the squared residual that a delay must explain. Measured robots reach 0.05 by chance.
+/// A delay is reported only if it explains more than this share of the squared residual. Measured robots reach 0.05 by
+/// chance.
 const SMALLEST_DELAY_SHARE: f64 = 0.15;
 /// The shortest delay that is reported, s.
 const SHORTEST_DELAY_S: f64 = 0.003;
@@ -37,24 +38,25 @@ const LONGEST_DELAY_S: f64 = 0.12;
 
 /// Largest number of Gauss-Newton steps.
 const MAX_GAUSS_NEWTON_STEPS: usize = 14;
-/// Longest Gauss-Newton step, s, because the linearisation by rates holds for short delays only.
+/// Longest Gauss-Newton step, s: the linearisation is valid for short delays only.
 const LONGEST_GAUSS_NEWTON_STEP_S: f64 = 0.01;
-/// The search has converged where a step is shorter than this, s.
+/// The search has converged if a step is shorter than this, s.
 const SETTLED_STEP_S: f64 = 1e-4;
 
-/// Least number of moving joints for a common delay; of a robot with one joint, that joint.
+/// Least number of moving joints for a common delay (for a robot with one joint: 1).
 const LEAST_MOVING_JOINTS: usize = 2;
 
-/// Largest number of joints; for more there are too many columns for a fast check.
+/// Largest number of joints of a robot. For more joints there are too many columns for a fast check.
 const MAX_JOINTS_FOR_DELAY: usize = 8;
 
-/// Number of columns of each joint beside Y_j: b, a, c, e, o.
+/// Number of columns of each joint in addition to Y_j: b, a, c, e, o.
 const OWN_COLUMNS: usize = 5;
 
 /// Largest number of rows of a joint in the fit.
 const MAX_ROWS_PER_JOINT: usize = 200;
 
-/// The common delay of the torques; `None` where it is too short, explains too little, or the joints are too many.
+/// Finds the common delay of the torques. `None` if it is too short or too long, explains too little, or if the robot has
+/// too many joints or too few that move.
 pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
     if n > MAX_JOINTS_FOR_DELAY {
@@ -86,7 +88,7 @@ pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[u
     (share > SMALLEST_DELAY_SHARE && seconds.abs() > SHORTEST_DELAY_S).then_some(Lag { seconds, share })
 }
 
-/// The rows of one joint away from its reversals.
+/// The rows of one joint that are not near its reversals.
 struct DelayRows {
     joint: usize,
     weight: f64,
@@ -94,7 +96,7 @@ struct DelayRows {
 }
 
 struct DelayRow {
-    /// Y_j, dq_j and ddq_j, and their rates.
+    /// The entries of Y_j, then dq_j and ddq_j. `rates`: their time derivatives.
     columns: Vec<f64>,
     rates: Vec<f64>,
     direction: f64,
@@ -104,14 +106,14 @@ struct DelayRow {
 /// The result of a fit with a given delay.
 #[derive(Clone)]
 struct DelayResidual {
-    /// Sum of squared residuals of each joint, (N m)^2 or N^2.
+    /// Sum of squared residuals of each joint that has rows, (N m)^2 or N^2.
     squares: Vec<f64>,
-    /// The Gauss-Newton step, to be added to the delay, s.
+    /// The Gauss-Newton step to add to the delay, s.
     step: f64,
 }
 
 impl DelayRows {
-    /// `None` where the joint moves in too few samples.
+    /// Collects the rows of joint j; `None` if the joint moves in too few samples, or has no torque.
     fn of(regressor: &dyn Regressor, samples: &Samples, rows: &[usize], j: usize) -> Option<DelayRows> {
         let (kept, n, p) = (&samples.kept, samples.kept.n, regressor.parameters().len());
         let near = |r: usize| if kept.cutoff > 0.0 { kept.ddq[r * n + j].abs() / kept.cutoff } else { 0.0 };
@@ -143,10 +145,11 @@ impl DelayRows {
     }
 }
 
-/// Fits all joints with rows shifted by `seconds`; `None` without rows, or where the residual of a joint is zero.
+/// Fits all joints with the columns delayed by `seconds`. `None` if there are no rows, or if the residual of a joint is
+/// zero.
 fn fit(joints: &[DelayRows], n: usize, seconds: f64) -> Option<DelayResidual> {
     let base = joints.first()?.rows.first()?.columns.len() - 2;
-    // The unknowns are X, then b, a, c, e, o of each joint, then the step.
+    // The unknowns are X, then b, a, c, e, o of each joint, then the step of the delay.
     let (width, own) = (base + OWN_COLUMNS * n + 1, |joint: usize| base + OWN_COLUMNS * joint);
     let shifted = |row: &DelayRow| -> Vec<f64> {
         row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect()
@@ -169,7 +172,8 @@ fn fit(joints: &[DelayRows], n: usize, seconds: f64) -> Option<DelayResidual> {
         }
         solve(&accumulator.finish()).x
     };
-    // Three solutions: without load friction for the load T_j, then X, then the step along the rate of Y X.
+    // Three fits: the first without load friction gives the load T_j; the second gives X; the third gives the step, from the
+    // rate of the explained torque.
     let unloaded = solved(&|joint, row| entries(joint, row, 0.0, 0.0));
     let load = |joint: usize, row: &DelayRow| dot(&entries(joint, row, 0.0, 0.0), &unloaded).abs();
     let x = solved(&|joint, row| entries(joint, row, load(joint, row), 0.0));
@@ -189,7 +193,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// Samples of a pendulum with friction and noise, with torques late by `by` samples of 10 ms.
+    /// Samples of a pendulum with friction and noise, whose torques are delayed by `by` samples of 10 ms.
     fn late(by: usize) -> Samples {
         let (mut states, mut random) = (Pendulum::new().states(900), Random::new(3));
         let torque = |states: &States, r: usize| states.tau[r] + 0.4 * states.dq[r] + 0.2 * states.direction[r];

@@ -1,9 +1,10 @@
-//! From the numbers of a log check to its findings: the checks in their order, each with its thresholds.
+//! Diagnosis: derives the findings from the numbers of a log check. The checks have a fixed order, each with its thresholds.
 //!
-//! Checks that need no inertials come first: dead and saturated torques, a log too short, velocities that are not the
-//! derivatives of their positions, and negative friction. With inertials, the regression slopes of the description then
-//! show faults of all torques (unit, currents, signs), of one or two joints and of gravity (`search`), and of the clock. A
-//! log that no fault explains is attributed to another robot.
+//! Checks that need no inertials come first: dead and saturated torques, a log that is too short, velocities that are not
+//! the derivatives of the positions, and negative friction. If the description has inertials, the slopes (measured over
+//! nominal torque, by regression) then reveal faults of all torques (unit, currents, signs), of one or two joints, of
+//! gravity (`search`), and of the clock. If the torques disagree and no fault explains it, the log is attributed to another
+//! robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;
@@ -21,7 +22,7 @@ use crate::estimate::log_check::search::{ChangeSearch, Explanation, LIKELY_MISFI
 use crate::estimate::log_check::trial::{FOREIGN_ROBOT_MISFIT, OTHER_ROBOT};
 use crate::estimate::log_check::trials::Trials;
 
-/// The data of a diagnosis.
+/// The input of a diagnosis.
 pub(super) struct DiagnosisInput<'a> {
     pub samples: &'a Samples,
     /// The indices of the kept samples that are examined.
@@ -31,23 +32,25 @@ pub(super) struct DiagnosisInput<'a> {
     pub description: Option<&'a Description<'a>>,
 }
 
-/// |tau - T| / |tau| without friction below which torques count as computed, because every real machine has friction.
+/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this with the nominal torques T without
+/// friction: every real machine has friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Remedy for torques without gravity.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
-/// In a short motion a fault is reported where undoing it reduces the misfit (squared) below this share.
+/// In a short motion a fault is reported only if undoing it reduces the squared misfit below this share.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
-/// Slopes within this relative distance of their median count as equal.
+/// Slopes count as equal if they are within this relative distance of their median.
 const EQUAL_SLOPES_TOLERANCE: f64 = 0.15;
 
-/// A power of ten has an exponent within this distance of a whole number.
+/// A scale counts as a power of ten if its logarithm is within this distance of a whole number.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 
 impl DiagnosisInput<'_> {
-    /// Appends the findings, and the properties that cannot be determined.
+    /// Writes the findings, and the checks that were not possible, into `log_check`. `slopes`: regression on the nominal
+    /// torques, one per joint; `None` without inertials.
     pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, log_check: &mut LogCheck) {
         log_check.findings = self.unreadable();
         if !log_check.findings.is_empty() {
@@ -55,7 +58,7 @@ impl DiagnosisInput<'_> {
         }
         let mut findings = self.dead_and_saturated();
         let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
-        // Such a short motion does not determine columns and units.
+        // In a motion that is too short, columns and units cannot be determined.
         let short = self.short();
         let is_dead = is_dead || short.is_some();
         findings.extend(short);
@@ -74,7 +77,7 @@ impl DiagnosisInput<'_> {
         let mut findings = if all.is_empty() { findings } else { all.remove(0) };
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
-            // Very late torques have a misfit as large as the torques of another robot.
+            // Very late torques can have a misfit as large as that of another robot.
             let lag = self.delay().filter(|lag| !is_foreign || lag.share > SMALLEST_DELAY_SHARE_IF_FOREIGN);
             if let Some(lag) = lag {
                 findings = vec![late(&lag)];
@@ -85,7 +88,7 @@ impl DiagnosisInput<'_> {
         log_check.others = all;
     }
 
-    /// The findings of the signals, and the findings of one explanation of the torques.
+    /// Combines the findings from the signals with the findings `found` of one explanation of the torques.
     fn together(
         &self,
         signals: &[Finding],
@@ -94,7 +97,7 @@ impl DiagnosisInput<'_> {
         log_check: &LogCheck,
     ) -> Vec<Finding> {
         let mut findings = signals.to_vec();
-        // Exchanged columns are not the derivatives of their own positions: the exchange alone is reported.
+        // After an exchange, velocities are not the derivatives of positions either: only the exchange is reported.
         let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
         if !found.iter().any(is_exchange) {
             findings.extend(velocities.iter().map(|v| v.2.clone()));
@@ -122,7 +125,7 @@ impl DiagnosisInput<'_> {
         self.samples.range[k].1 - self.samples.range[k].0
     }
 
-    /// Alternative explanations by the regression slopes of the description, each a list of findings.
+    /// Alternative explanations of the torques by the slopes of the nominal torques, each a list of findings.
     fn explanations_of_slopes(
         &self,
         slopes: &[Partial],
@@ -145,8 +148,8 @@ impl DiagnosisInput<'_> {
             "measured over nominal torque, by joint: {}",
             slopes.iter().map(text).collect::<Vec<_>>().join(" ")
         );
-        // A median far from 1 means another unit. Three quarters of negative slopes mean wrong signs, or a wrong zero of a
-        // joint before them.
+        // A median far from 1 means another unit. If three quarters of the slopes are negative, the signs of all torques are
+        // wrong, or the zero of a joint closer to the base is.
         let is_nominal = NOMINAL_INERTIAL_SLOPES.contains(&scale);
         if !is_nominal {
             common.push(self.unit(scale, slopes, list.clone()));
@@ -162,7 +165,7 @@ impl DiagnosisInput<'_> {
             if *sign < 0.0 {
                 common.push(self.all_signs(list.clone()));
             }
-            // The search for faults of single joints starts with the faults of all joints undone.
+            // The search for faults of single joints starts after the faults of all joints have been undone.
             let (samples, rows, trials) = (self.samples, self.rows, &trials);
             let search = ChangeSearch { samples, rows, trials, description, scale, velocities };
             let explanations = search.best(slopes);
@@ -170,7 +173,8 @@ impl DiagnosisInput<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
             );
         }
-        // Explanations that other bodies replace are dropped. The explanation with the fewest faults comes first.
+        // Explanations that are not needed, because other bodies explain the log, are dropped. The one with the fewest
+        // faults comes first.
         let is_needed = |found: &Vec<Finding>| !found.is_empty();
         if all.iter().any(is_needed) {
             all.retain(is_needed);
@@ -187,7 +191,7 @@ impl DiagnosisInput<'_> {
         all
     }
 
-    /// The findings of one explanation, after the findings common to all joints.
+    /// The findings `common` to all joints, followed by the findings of one explanation.
     fn explained(
         &self,
         search: &ChangeSearch,
@@ -199,7 +203,7 @@ impl DiagnosisInput<'_> {
     ) -> Vec<Finding> {
         let mut found = common.to_vec();
         let is_plain = changes.is_empty();
-        // In a short motion a partial explanation is chance.
+        // In a short motion an incomplete explanation may be chance.
         if log_check.is_short {
             let runs_back = |change: &Change| {
                 let of_sign = matches!(change.of, TorqueSign(_) | MotionSign(_));
@@ -209,7 +213,7 @@ impl DiagnosisInput<'_> {
                 |one: &Suspicion| one.after < SHORT_MISFIT_SHARE * one.before || one.changes.iter().all(runs_back);
             changes.retain(is_sure);
         }
-        // Scales of single joints are not tested where efforts are currents, since the gains of motors differ.
+        // Scales of single joints are not tested if efforts are currents, since the gains of motors differ.
         if !common.iter().any(|f| f.fault == Fault::NoTorque) {
             changes.extend(search.scaled(&changes, slopes));
         }
@@ -217,13 +221,14 @@ impl DiagnosisInput<'_> {
         if is_plain {
             let exchanged: Vec<Suspicion> = search.exchanged(slopes, &log_check.hidden_exchanges).into_iter().collect();
             found.extend(self.findings_of_suspicions(&exchanged, list, log_check));
-            // Without an explanation: exchanged columns, another robot, or a common factor.
+            // If there is no explanation, test for exchanged columns and for another robot.
             found.extend(self.other_robot(&misfits, slopes, search.scale, log_check, list.into()));
         }
         found
     }
 
-    /// The suspicions that the log needs, as findings; those that other bodies explain equally well go to the log check.
+    /// Findings of the suspected faults without which no bodies explain the log. The other suspicions are written to
+    /// `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
         let needed = free.needed(changes);
@@ -243,10 +248,10 @@ impl DiagnosisInput<'_> {
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
-    /// The finding of a common factor of all slopes; `None` where they have none.
+    /// The finding that all slopes have a common factor; `None` if they have none.
     fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(meaningful);
-        // A load, or other bodies, change the slopes of some joints only, not of all in one direction.
+        // A load or other bodies would change the slopes of some joints only, or in different directions.
         let is_off =
             meaningful.iter().all(|s| *s > COMMON_FACTORS.end) || meaningful.iter().all(|s| *s < COMMON_FACTORS.start);
         let is_alike = |s: &&f64| (*s / middle - 1.0).abs() < EQUAL_SLOPES_TOLERANCE;
@@ -260,8 +265,8 @@ impl DiagnosisInput<'_> {
             .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }
 
-    /// The median magnitude of the meaningful slopes. 1 where there are too few, because a single joint of several may be
-    /// wrong, and where less than two thirds are near the median.
+    /// The median magnitude of the meaningful slopes. It is 1 if there are too few slopes (a single joint of several may be
+    /// wrong), or if less than two thirds of them are near the median.
     fn common_scale(&self, meaningful: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -271,7 +276,8 @@ impl DiagnosisInput<'_> {
         if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
-    /// The finding of torques that equal the nominal torques without any friction.
+    /// The finding that the torques equal the nominal torques without friction, so that they were computed; `None` if they
+    /// do not.
     fn computed(&self, description: &Description) -> Option<Finding> {
         let torques = description.torques(&self.samples.kept, self.rows, &[]);
         let n = self.n();
@@ -308,7 +314,7 @@ impl DiagnosisInput<'_> {
         Finding::of_all(Fault::NoTorque, evidence, remedy).undone_by(undo)
     }
 
-    /// The finding with changes that divide all torques by this factor.
+    /// Adds to the finding the changes that divide all torques by this factor.
     fn all_scaled(&self, finding: Finding, factor: f64) -> Finding {
         let change = |k: usize| Change { of: Scale(k), size: factor - 1.0 };
         finding.undone_by((0..self.n()).map(change).collect())
@@ -333,7 +339,7 @@ impl DiagnosisInput<'_> {
             joints.push("all joints".into());
         }
         let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
-        // Compensated gravity cannot be undone by columns of a log.
+        // A compensation of gravity cannot be undone in the columns of a log.
         let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
         if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
     }
@@ -349,7 +355,7 @@ impl DiagnosisInput<'_> {
         let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
-        // Where even the joint's own free row does not explain its torque, the torque is noise.
+        // If even a fit of this joint alone does not explain its torque, the torque is noise.
         let noisy = |k: usize| log_check.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
         let evidence = format!(
@@ -360,13 +366,13 @@ impl DiagnosisInput<'_> {
             .then(|| Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT))
     }
 
-    /// The common delay of all joints.
+    /// The common delay of the torques of all joints; `None` if none is found.
     fn delay(&self) -> Option<Lag> {
         common_lag(self.regressor, self.samples, self.rows)
     }
 }
 
-/// Least share of the residual that a delay must explain in place of the finding "another robot".
+/// A delay replaces the finding "another robot" only if it explains more than this share of the squared residual.
 const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;
 
 fn late(lag: &Lag) -> Finding {
@@ -379,8 +385,9 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
     velocities.iter().filter_map(|v| Some((v.0, v.1?))).collect()
 }
 
-/// The finding "another robot" uses joints whose squared nominal torque exceeds this share of the squared measured torque.
+/// The finding "another robot" uses only joints whose squared nominal torque exceeds this share of the squared measured
+/// torque.
 const HEAVY_JOINT_SHARE: f64 = 0.2;
 
-/// |residual| / |torque| of the joint's own free row, above which its torque counts as noise.
+/// The torque of a joint counts as noise if a fit of this joint alone has a larger |residual| / |torque|.
 const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

@@ -10,120 +10,120 @@ use crate::estimate::log_check::change::Change;
 /// A fault of a log, or a contradiction between a log and a description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A fault that a change of the log undoes, and its size: an angle (rad), a delay (s) or a scale, else 0.
+    /// A fault that a change of the log can undo, and its size: an angle (rad), a delay (s) or a scale error; else 0.
     Of(Hypothesis, f64),
-    /// Torques in another unit, too large by this power of ten.
+    /// Torques are in another unit; the numbers are too large by this power of ten.
     TorqueUnit(i32),
-    /// Efforts that are not torques of the joints: currents, or torques of motors.
+    /// Efforts are not torques of the joints, but currents, or torques of motors.
     NoTorque,
-    /// Drive gains over the gains that the description implies.
+    /// The given drive gains are wrong by this factor: given gain over the gain that the description implies.
     Gains(f64),
-    /// Measured torques over nominal torques, common to all joints.
+    /// All torques are wrong by this common factor: measured over nominal torque.
     Factor(f64),
-    /// All torques have the other sign.
+    /// All torques have the wrong sign.
     TorqueSigns,
-    /// Negative friction, so the sign of the torque or of the motion is wrong; which one cannot be determined.
+    /// Friction is negative, so the sign of the torque or of the motion is wrong; which of both cannot be determined.
     FrictionSign,
     /// The orientation of the base differs from the description by this angle, rad.
     Mount(f64),
-    /// Columns are in another order than the joints.
+    /// The columns of this kind are not in the order of the joints.
     Permuted(ColumnKind),
-    /// The velocity is not the derivative of the position.
+    /// The velocity column is not the derivative of the position.
     Velocity,
-    /// No tested fault makes the description predict the torques.
+    /// The log is of another robot: no tested fault makes the description predict the torques.
     OtherRobot,
-    /// Positions are shares of the range of each joint, -100 to 100.
+    /// Positions are normalised: shares of the range of each joint, -100 to 100.
     Normalised,
     /// Something is wrong, and no tested remedy corrects it.
     Unidentified,
-    /// During a part of the log a link carries another load.
+    /// During an interval of the log a link carries another load.
     ChangedLoad {
-        /// Number of the log where there are several, from 1.
+        /// Number of the log, from 1; `None` if there is one log only.
         log: Option<usize>,
         /// Start, s, by the clock of the log; `None`: its first sample.
         from: Option<f64>,
         /// End, s, by the clock of the log; `None`: its last sample.
         to: Option<f64>,
-        /// Mass, kg, where significant.
+        /// Additional mass, kg (negative: less mass); `None` if not significant.
         mass: Option<f64>,
     },
-    /// A link carries a load that the description does not have; its mass, kg, where significant.
+    /// A link carries another load than described; its additional mass, kg, or `None` if not significant.
     OtherLoad(Option<f64>),
-    /// Torques computed from the description, not measured.
+    /// Torques were computed from the description, not measured.
     Computed,
-    /// A torque that never changes.
+    /// The torque never changes, so it is not measured.
     DeadTorque,
-    /// The largest torque, N m (N), too small for any machine: uninitialised memory.
+    /// All torques are too small for any machine (uninitialised memory); the largest one, N m (N).
     Nothing(f64),
-    /// Numbers of a register, read without their sign.
+    /// Signed integers were read as unsigned numbers.
     RawWords,
-    /// Number of rows from another source than the rows around them.
+    /// Some rows are from another source than their neighbours; the number of these rows.
     TwoSources(usize),
-    /// Share of the samples in which the torque is at its limit.
+    /// The torque is saturated; share of the samples in which it is at its limit.
     Saturated(f64),
-    /// The log is too short: the largest number of periods of a joint.
+    /// The log is too short; the largest number of periods that a joint moves.
     Short(f64),
 }
 
-/// A common slope in this range is an error of nominal inertials, not another unit.
+/// A common slope (measured over nominal torque) in this range is an error of nominal inertials, not another unit.
 pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
-/// Slopes of all joints in this range may be errors of nominal inertials, even where the slopes are equal.
+/// Slopes of all joints in this range may be errors of nominal inertials, even if all are equal.
 pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 
-/// Remedy for torques of all joints with the wrong sign.
+/// Remedy if the torques of all joints have the wrong sign.
 pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
 
 impl Fault {
-    /// Whether estimates from such a log are unusable.
+    /// Whether the fault is so gross that estimates from the log are unusable.
     pub fn is_gross(self) -> bool {
         !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
     }
 }
 
-/// One finding.
+/// One finding of the log check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The fault.
     pub fault: Fault,
-    /// The coordinates that have it; empty: all of them.
+    /// Names of the coordinates with the fault; empty: all coordinates.
     pub joints: Vec<String>,
-    /// The numbers that show it.
+    /// The evidence in words, with its numbers.
     pub evidence: String,
-    /// The option, the header or the file that corrects it.
+    /// What corrects the fault: an option, a column header or a file, in words.
     pub remedy: String,
-    /// The changes of the log that undo it; empty where changes of the log do not correct it.
+    /// The changes of the log that undo the fault; empty if no change of the log corrects it.
     pub undo: Vec<Change>,
-    /// Squared relative residual of the description, mean over joints, without the remedy and with it. Present where the
-    /// remedy was applied and no contradiction remained.
+    /// Squared relative residual of the description, mean over joints: [without, with] the remedy. `None` if the remedy was
+    /// not applied, or if a contradiction remained.
     pub tried: Option<[f64; 2]>,
-    /// 0, or the number of an alternative explanation, which corrects the log in place of the findings with 0. The log does
-    /// not determine which one is right.
+    /// 0 for the first explanation. Otherwise the number of an alternative explanation, whose findings replace those with 0:
+    /// the log does not determine which is right.
     pub instead: usize,
 }
 
 impl Finding {
-    /// A finding of all joints.
+    /// A finding that concerns all joints.
     pub(crate) fn of_all(fault: Fault, evidence: String, remedy: impl Into<String>) -> Finding {
         Finding::of(fault, Vec::new(), evidence, remedy)
     }
 
-    /// A finding of some joints, without changes that undo it.
+    /// A finding that concerns these joints (empty: all), without changes that undo it.
     pub fn of(fault: Fault, joints: Vec<String>, evidence: String, remedy: impl Into<String>) -> Finding {
         Finding { fault, joints, evidence, remedy: remedy.into(), undo: Vec::new(), tried: None, instead: 0 }
     }
 
-    /// The finding with the changes of the log that undo it.
+    /// Adds to the finding the changes of the log that undo it.
     pub(super) fn undone_by(self, undo: Vec<Change>) -> Finding {
         Finding { undo, ..self }
     }
 
-    /// Whether it concerns the unit of all efforts.
+    /// Whether the fault concerns the scale of all efforts.
     pub(super) fn is_of_scale(&self) -> bool {
         matches!(self.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_))
     }
 
-    /// A sentence on the fault.
+    /// A sentence that names the fault and its joints.
     pub fn statement(&self) -> String {
         let of = self.joints.join(", ");
         match self.fault {
@@ -194,13 +194,14 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The additional mass of a load in words, after a comma; empty where unknown.
+/// The additional mass of a load in words, after a comma; empty if unknown.
 fn of_mass(mass: Option<f64>) -> String {
     let more = |mass: f64| if mass > 0.0 { "more" } else { "less" };
     mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)))
 }
 
-/// The unit in which torques are too large by this power of ten, after a space; empty where none is common.
+/// The unit in which numbers are too large by this power of ten, in parentheses after a space; empty if there is no common
+/// unit.
 fn torque_unit(power: i32) -> &'static str {
     match power {
         3 => " (N mm)",

@@ -1,17 +1,19 @@
-//! Whether a suspected fault is needed to explain a log, or other bodies explain the unchanged log.
+//! Tests whether a suspected fault is needed to explain a log, or whether other bodies explain the unchanged log.
 //!
-//! The search for faults uses the nominal bodies (`search`). Other bodies may explain the log without the fault: a wrong zero
-//! of the last joint is equivalent to a rotation of its body. So the bodies are fitted,
+//! The search for faults uses the nominal bodies (`search`). Other bodies may explain the log without the fault: a wrong
+//! zero of the last joint is equivalent to a rotation of its body. So these equations of each joint j, with free parameters
+//! X of the bodies and terms of rotor, friction and offset, are fitted
 //! ```text
 //! tau_j = Y_j(q, dq, ddq) X + a_j ddq_j + b_j dq_j + c_j direction_j + d_j
 //! ```
-//! to the unchanged log and to the log with the fault undone. The fault is needed where undoing it lowers the error of
-//! cross-validation: of at least one joint below `NEEDED_ERROR_RATIO` of the error without it, and in the geometric mean over
-//! all joints.
+//! to the unchanged log and to the log with the fault undone. The fault is needed if undoing it reduces the error of
+//! cross-validation: of at least one joint to less than `NEEDED_ERROR_RATIO` times the error in the unchanged log, and of
+//! all joints in the geometric mean.
 //!
-//! A wrong sign of a torque or of a motion makes friction and inertia negative: bodies that explain it are not physically
-//! consistent, unless friction dissipates. A fault that shows in the signals without any bodies is always needed, and so is
-//! an exchange or a sign with which the description, without a free number, has nearly no residual.
+//! If the sign of a torque or of a motion is wrong, friction and inertia seem negative. No physically consistent bodies
+//! explain that, unless friction dissipates. A fault that is visible in the signals without any bodies is always needed. An
+//! exchange or a wrong sign is also needed if, once undone, the description has nearly no residual without any fitted
+//! number.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -28,31 +30,33 @@ use crate::estimate::log_check::search::Suspicion;
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::Observation;
 
-/// Samples to which the bodies are fitted: about ten times as many rows as an arm has parameters.
+/// Bodies are fitted to this number of samples, or up to twice as many; to all if the log has fewer. That gives at least
+/// about ten times as many rows as an arm has parameters.
 const FITTED_SAMPLES: usize = 1000;
-/// Blocks of the record, of which two are left out at a time.
+/// Number of blocks of the record. Cross-validation leaves out two at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
-/// A fault is needed where the error of a joint with the fault undone falls below this share of the error without.
+/// A fault is needed if undoing it reduces the error of a joint below this share.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
-/// The error ratio below which a wrong scale is needed: smaller, since some scale reduces the error of any other fault.
+/// A wrong scale is needed if undoing it reduces the error of a joint below this share. The limit is stricter, since some
+/// scale reduces the error of any other fault.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
-/// Half width of the search interval of ln(scale): a scale by the description is right within a factor of 1.5.
+/// Half width of the search interval of ln(scale): a scale found with nominal bodies is right within a factor of 1.5.
 const LOG_SCALE_RANGE: f64 = 0.4;
-/// Width of the interval of ln(scale) at which the search ends.
+/// The search ends at this width of the interval of ln(scale).
 const LOG_SCALE_TOLERANCE: f64 = 0.01;
 /// Golden section, (sqrt(5) - 1) / 2.
 const GOLDEN_STEP: f64 = 0.618_033_988_749_894_9;
 
-/// A fault is sure where undoing it reduces the misfit (squared) below this share: other bodies would have to equal the
-/// nominal bodies at other places by chance. This excludes zeros, for which some angle may fit by chance.
+/// A fault is sure if undoing it reduces the squared misfit below this share: only by an unlikely coincidence would other
+/// bodies explain the log as well. Zeros are excluded, because some angle may fit by chance.
 const SURE_MISFIT_SHARE: f64 = 0.04;
 
-/// Friction and rotor terms of each joint, which no description has.
+/// Friction and rotor terms that are fitted for each joint, because no description contains them.
 const FITTED_TERMS: [FrictionTerm; 4] =
     [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset, FrictionTerm::Rotor];
 
-/// A log to which bodies are fitted.
+/// The log to which bodies are fitted.
 pub(super) struct FreeBodies<'a> {
     pub regressor: &'a dyn Regressor,
     pub samples: &'a Samples,
@@ -60,7 +64,8 @@ pub(super) struct FreeBodies<'a> {
 }
 
 impl FreeBodies<'_> {
-    /// By suspicion, whether the log needs it; suspicions that it does not need are dropped one by one.
+    /// Whether the log needs each suspected fault, one result per suspicion. Suspicions that are not needed are dropped one
+    /// by one.
     pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
         let mut needed = vec![true; suspicions.len()];
         let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
@@ -82,7 +87,8 @@ impl FreeBodies<'_> {
                 with = without;
             }
         }
-        // A description with one zero off by quarter turns often has more of them: a needed one makes the others needed.
+        // If one zero of a description is wrong by quarter turns, others often are too. So if one of these is needed, all
+        // are.
         let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
         let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
         if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
@@ -91,8 +97,8 @@ impl FreeBodies<'_> {
         needed
     }
 
-    /// The suspicions with scales estimated with free bodies: scales with the smallest error of cross-validation, by golden
-    /// section in the logarithm. Scales by the description contain the errors of its bodies.
+    /// Re-estimates the scales of suspicions with free bodies, by the smallest error of cross-validation (golden section in
+    /// the logarithm). Scales found with nominal bodies contain the errors of these bodies.
     pub(super) fn with_scales(&self, mut suspicions: Vec<Suspicion>) -> Vec<Suspicion> {
         let places: Vec<(usize, usize)> = (0..suspicions.len())
             .flat_map(|i| (0..suspicions[i].changes.len()).map(move |c| (i, c)))
@@ -132,7 +138,7 @@ impl FreeBodies<'_> {
         suspicion.changes.iter().all(|change| change.of.may_be_bodies(brakes, is_sure))
     }
 
-    /// By column of torque, the relative error of cross-validation with these changes applied.
+    /// Relative errors of cross-validation with these changes applied, in the order of the torque columns of the log.
     fn errors(&self, changes: &[Change]) -> Vec<f64> {
         let step = self.samples.kept.len() / FITTED_SAMPLES;
         let states = Change::all_done(changes, &self.samples.kept, &self.samples.every(step), self.regressor);
@@ -146,7 +152,7 @@ impl FreeBodies<'_> {
     }
 }
 
-/// Whether the first errors are lower in the geometric mean, and the error of at least one joint by the ratio `needed`.
+/// Whether the errors `with` are lower than `without` in the geometric mean, and at least one below the ratio `needed`.
 fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
     let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
     let ratios: Vec<f64> = ratios.collect();

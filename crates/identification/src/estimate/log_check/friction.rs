@@ -1,11 +1,11 @@
-//! The sign of friction in each joint, independent of the description.
+//! Checks the sign of friction in each joint, without using the description's parameters.
 //!
-//! The torque is projected onto the complement of the joint's own row of the regressor. The residual is regressed on dq
-//! and on its direction.
+//! The torque of joint j is projected onto the complement of the columns of Y_j (row j of the regressor). The result is
+//! regressed on dq_j and on its direction.
 //!
-//! tau_j = Y_j X_j + b dq_j + c direction_j + d, with X_j free for each joint. So a wrong sign, unit or zero of another
-//! joint does not influence it. Friction dissipates: its power b dq^2 + c |dq| is positive. Where the power is negative,
-//! the torque or the motion of this joint has the wrong sign.
+//! tau_j = Y_j X_j + b dq_j + c direction_j + d, with free parameters X_j for each joint. So a wrong sign, unit or zero of
+//! another joint has no influence. Real friction dissipates: its power b dq^2 + c |dq| is positive. If the power is
+//! negative, the torque or the motion of this joint has the wrong sign.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -13,20 +13,22 @@ use linear_model::states::States;
 use crate::estimate::log_check::change::{MIN_SAMPLES_PER_JOINT, column, used};
 use crate::estimate::log_check::regression::{Basis, product, square};
 
-/// Friction of one joint, estimated from its own equation alone.
+/// Friction of one joint, estimated from the equation of this joint alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointFriction {
-    /// Normalised power f . dq / (|tau| |dq|), with f the friction and tau without its mean; positive where it dissipates.
+    /// Normalised power f . dq / (|tau| |dq|), with the friction torque f, and tau without its mean; positive if friction
+    /// dissipates.
     pub brakes: f64,
-    /// Standard deviation of `brakes`, for residuals with a long autocorrelation time.
+    /// Standard deviation of `brakes`, which allows for residuals with a long autocorrelation time.
     pub deviation: f64,
-    /// |residual| / |tau|, tau without its mean.
+    /// Relative residual |residual| / |tau|, with tau without its mean.
     pub residual: f64,
     /// Whether the power of friction is significantly negative, and neither term is significantly positive.
     pub drives: bool,
 }
 
-/// Friction of joint j; `None` where it hardly moves, is used in too few samples, or has too large a standard deviation.
+/// Estimates the friction of joint j. `None` if the joint hardly moves, is used in too few samples, or if the standard
+/// deviation is too large.
 pub(crate) fn own_friction(
     regressor: &dyn Regressor,
     states: &States,
@@ -67,7 +69,7 @@ pub(crate) fn own_friction(
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
     let deviation = unexplained * (spread / MAX_INDEPENDENT_SAMPLES).sqrt();
-    // Whether one term of friction is positive by more than its standard deviation.
+    // Whether a friction term x is positive by more than its standard deviation.
     let above = |x: f64, other: f64| x > unexplained * (other / (MAX_INDEPENDENT_SAMPLES * determinant)).sqrt();
     let found = JointFriction {
         brakes: product(&friction, &dq) / (size * speed),
@@ -80,17 +82,17 @@ pub(crate) fn own_friction(
     (found.deviation < LARGEST_FRICTION_DEVIATION).then_some(JointFriction { drives, ..found })
 }
 
-/// Number of independent samples of a residual: it is mainly an error of the model with a long autocorrelation time.
+/// Assumed number of independent samples of a residual, since it is mainly a model error with a long autocorrelation time.
 const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
-/// Negative friction must exceed this share of the torque.
+/// Friction counts as driving only if its normalised power is below minus this.
 const SMALLEST_DRIVING_SHARE: f64 = 0.02;
-/// Negative friction must exceed this many standard deviations.
+/// Friction counts as driving only if it is negative by more than this many standard deviations.
 const DRIVING_FRICTION_SIGMAS: f64 = 4.0;
 
-/// Friction is unknown where its standard deviation exceeds this share of the torque. A slow log in which gravity and
-/// friction are correlated (KR300) has 0.5 to 2.
+/// Friction is unknown if its normalised standard deviation exceeds this. A slow log in which gravity and friction are
+/// correlated (KR300) has 0.5 to 2.
 const LARGEST_FRICTION_DEVIATION: f64 = 0.25;
 
-/// The columns dq and direction are separable where the squared sine of the angle between them is above this.
+/// The columns dq and direction are separable if the squared sine of the angle between them is above this.
 const SMALLEST_SQUARED_SINE: f64 = 1e-6;

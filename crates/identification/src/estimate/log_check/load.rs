@@ -1,13 +1,14 @@
-//! A load that the robot picks up or puts down during a log, or that the description does not have.
+//! Finds a load that the robot picks up or puts down during a log, or that the description does not contain.
 //!
-//! With W the rows of the model, s(t) = 1 while the robot carries the load and 0 otherwise, and B_L the ten columns of the map
-//! B of the link that carries it ([`crate::estimators::payload`]),
+//! W: rows of the model; X: its parameters; s(t): 1 while the robot carries the load, otherwise 0; B_L: the ten columns of
+//! the map B for the link that carries it; phi_L: the ten parameters of the load ([`crate::estimators::payload`]). For each
+//! time of a grid at which s may change, the equation
 //! ```text
 //! tau = W X + s(t) W B_L phi_L
 //! ```
-//! is solved for X and phi_L by normal equations, for each time of a grid at which s may change. The load is reported where it
-//! reduces the relative error below `NAMED_ERROR_RATIO` of the error of X alone: ten columns during an interval reduce the
-//! error of no other fault by as much. A load during the whole log is estimated with the nominal X and fitted friction.
+//! is solved for X and phi_L by normal equations. The load is reported if it reduces the relative error below
+//! `NAMED_ERROR_RATIO` times the error of X alone: for no other fault do ten columns during an interval reduce the error so
+//! far. A load during the whole log is estimated with the nominal X and fitted friction.
 
 use linear_model::linear_model::Model;
 use linear_model::standard_map::StandardMap;
@@ -21,42 +22,42 @@ use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// Relative error without such a load up to which no load is searched.
+/// If the relative error without a load is below this, no load is searched.
 const SMALL_ERROR: f64 = 0.02;
-/// Error with the load over the error without it, up to which it is reported. For a torque that grows steadily, a step reduces
-/// the error only to a half.
+/// A load is reported if the ratio (error with it / error without it) is at most this. For a torque that grows steadily, a
+/// step of the load reduces the error only to a half.
 const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
-/// Relative error of the description that errors of nominal bodies explain without a load.
+/// If the relative error of the description is below this, errors of nominal bodies explain it without a load.
 const NOMINAL_ERROR: f64 = 0.3;
-/// Largest relative error of the description with a body at the last link: the nominal bodies have errors of tens of per cent,
-/// and a description of another robot has a larger error.
+/// Largest accepted relative error of the description with a load added at a link. Nominal bodies have errors of tens of per
+/// cent; a description of another robot has a larger error.
 const DESCRIBED_ERROR: f64 = 0.1;
-/// Largest distance of the centre of a load from the frame of its link, m. A load must also exceed the nominal mass of the
-/// link; otherwise it is an error of the bodies.
+/// Largest accepted distance of the centre of mass of a load from the frame of its link, m. A load must also exceed the
+/// nominal mass of the link; otherwise it is taken as an error of the bodies.
 const LARGEST_CENTRE_M: f64 = 0.5;
-/// Number of blocks of all logs between which a load may change.
+/// Number of blocks into which all logs are divided. A load changes only between blocks.
 const LOAD_BLOCKS: usize = 100;
-/// Largest number of matrix entries of all blocks; with about 800 parameters the blocks become too few for the search.
+/// Largest number of matrix entries of all blocks. With about 800 parameters there would be too few blocks for the search.
 const MOST_MATRIX_ENTRIES: usize = 4_000_000;
 /// Least number of blocks during which a load is carried.
 const LEAST_LOAD_BLOCKS: usize = 3;
 /// Step of the coarse search for the blocks at which a load changes.
 const COARSE_BLOCK_STEP: usize = 5;
-/// Ridge on the unit diagonal of the normal matrix: undetermined directions stay at zero.
+/// Ridge added to the unit diagonal of the normal matrix. It keeps undetermined directions at zero.
 const RELATIVE_RIDGE: f64 = 1e-10;
 /// A mass is significant beyond this many standard deviations.
 const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;
 /// Number of parameters of a body.
 const BODY_PARAMETERS: usize = 10;
-/// Index of the mass among them, after the first moments.
+/// Index of the mass among the parameters of a body; the first moments are directly before it.
 const MASS_INDEX: usize = 9;
 
 impl LogCheck {
-    /// Finds a load that changes during the log. Otherwise, where no other cause was found, finds a load that the description
-    /// does not have (`described`: nominal base parameters). It replaces findings without an identified cause. `bodies`: bodies
-    /// of the map that may carry a load, with their nominal masses, kg.
+    /// Finds a load that changes during the log. If there is none, and no other cause was found, it finds a load that the
+    /// description does not contain (`described`: nominal base parameters). A load replaces findings without an identified
+    /// cause. `bodies`: indices of bodies of the map that may carry a load, with their nominal masses, kg.
     ///
-    /// Fails when a record cannot be read.
+    /// Fails if a record cannot be read.
     pub fn look_for_load<R: Records + ?Sized>(
         &mut self,
         model: &Model,
@@ -82,7 +83,7 @@ impl LogCheck {
     }
 }
 
-/// The finding of a load, with the relative errors without it and with it.
+/// Makes the finding of a load, with the relative errors [without, with] it.
 fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
     let [before, after] = errors.map(percent);
     let evidence = format!("the residual of {what} is {before}, with a body of its own for it {after}");
@@ -98,28 +99,28 @@ struct Sums {
     records: Vec<Record>,
 }
 
-/// The sums of one record.
+/// The sums of products of one record.
 struct Record {
-    /// Number of its log, from 0.
+    /// Number of the log of the record, from 0.
     log: usize,
-    /// Start of each block and end of the last, s.
+    /// Start time of each block, then the end of the last block, s.
     times: Vec<f64>,
-    /// Sum of the products of all blocks before each block.
+    /// For each block, the sum of the products of all blocks before it; the last entry is the sum of all blocks.
     before: Vec<DMatrix<f64>>,
 }
 
-/// An estimated load.
+/// A load that was estimated together with the other unknowns.
 struct SolvedLoad {
-    /// |tau - W X - s W B_L phi_L| / |tau|.
+    /// Relative error |tau - W X - s W B_L phi_L| / |tau|.
     error: f64,
-    /// Mass, kg, where significant.
+    /// Mass of the load, kg; `None` if not significant.
     mass: Option<f64>,
-    /// Distance of its centre from the frame of the link, m.
+    /// Distance of its centre of mass from the frame of the link, m.
     centre: f64,
 }
 
 impl Sums {
-    /// `None` where there are too many parameters.
+    /// Sums the products over all records; `None` if there are too many parameters.
     fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Option<Sums>, Error> {
         let (n, p) = (model.n(), model.p());
         let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
@@ -193,7 +194,7 @@ impl Sums {
         }
         let (fault, link, (from, to)) = best?;
         let remedy = match self.records.as_slice() {
-            // A remedy only where the rows of this window alone have a small error too.
+            // This window is a remedy only if a fit to its rows alone has a small error too.
             [record] if self.within(record, from, to).is_some_and(|error| error < NAMED_ERROR_RATIO * without) => {
                 let [from, to] = [from, to].map(|part| record.times[part]);
                 format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}")
@@ -230,18 +231,18 @@ impl Sums {
         Some(finding(fault, link, "the description", [without, found.error], remedy))
     }
 
-    /// [W tau]' W B_L, from the products [W tau]' [W tau] of the same rows.
+    /// The products [W tau]' W B_L, from the products [W tau]' [W tau] of the same rows.
     fn products_with_load(rows: &DMatrix<f64>, load: &DMatrix<f64>) -> DMatrix<f64> {
         rows.columns(0, load.nrows()) * load
     }
 
-    /// The relative error of parameters that are fitted to these blocks of a record alone.
+    /// Relative error of a fit to the blocks `from` to `to` of a record alone.
     fn within(&self, record: &Record, from: usize, to: usize) -> Option<f64> {
         let all = &record.before[to] - &record.before[from];
         Sums { all, records: Vec::new(), ..*self }.parameters().map(|found| found.error())
     }
 
-    /// The fit of the parameters X without a load.
+    /// Fits the parameters X without a load.
     fn parameters(&self) -> Option<Without> {
         let p = self.all.ncols() - 1;
         let tau = self.all[(p, p)];
@@ -253,7 +254,7 @@ impl Sums {
         )
     }
 
-    /// The fit of friction alone to tau - W X, with these base parameters X.
+    /// Fits friction alone to tau - W X, with the given base parameters X.
     fn friction(&self, described: &DVector<f64>) -> Option<Without> {
         let (p, base) = (self.all.ncols() - 1, self.base);
         let friction = p - base;
@@ -264,28 +265,29 @@ impl Sums {
         Without::of(normal, of_rest.rows(base, friction).into(), [square, tau], self.rows)
     }
 
-    /// [W tau]' (tau - W X) with these base parameters X.
+    /// The vector [W tau]' (tau - W X) with the given base parameters X.
     fn of_rest(&self, described: &DVector<f64>) -> DVector<f64> {
         let p = self.all.ncols() - 1;
         self.all.column(p) - self.all.columns(0, self.base) * described
     }
 }
 
-/// The fit of the columns without a load: normal equations that are factored once.
+/// A fit without a load. Its normal equations are factored once, and columns of a load are added later.
 struct Without {
-    /// Factor for columns of unit norm; a column of zeros is left out.
+    /// Cholesky factor for columns scaled to unit norm; a column of zeros is left out. `scale`: the factors of the columns.
     factor: Cholesky<f64, Dyn>,
     scale: DVector<f64>,
     /// The solution for columns of unit norm.
     x: DVector<f64>,
     rows: usize,
-    /// The squared residual, and the squared torque.
+    /// The squared residual; `tau`: the squared torque.
     residual_square: f64,
     tau: f64,
 }
 
 impl Without {
-    /// `None` where there is no torque.
+    /// Solves the normal equations; `None` if there is no torque. `square`: squared norm of the right-hand side; `tau`: of
+    /// the torque.
     fn of(normal: DMatrix<f64>, right: DVector<f64>, [square, tau]: [f64; 2], rows: usize) -> Option<Without> {
         let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
         let of_unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
@@ -303,8 +305,8 @@ impl Without {
         (self.residual_square / self.tau).sqrt()
     }
 
-    /// The fit with the ten columns of a load: `beside` are their products with the other columns, `own` with each other, and
-    /// `right` with the right-hand side.
+    /// Adds the ten columns of a load to the fit. `beside`: their products with the other columns; `own`: with each other;
+    /// `right`: with the right-hand side.
     fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<SolvedLoad> {
         let beside = DMatrix::from_fn(self.scale.len(), BODY_PARAMETERS, |i, j| self.scale[i] * beside[(i, j)]);
         // Schur complement: the columns of the load after projection onto the complement of the other columns.
@@ -336,8 +338,8 @@ impl Record {
         self.before.len() - 1
     }
 
-    /// The longest interval of blocks with a constant load, where it changes at `from` and `to`. One block next to each change
-    /// is left out, since the time of a change is known to one block.
+    /// The longest interval of blocks with a constant load, if the load changes at blocks `from` and `to`. One block next to
+    /// each change is left out, since the time of a change is known only to one block.
     fn longest_constant_interval(&self, from: usize, to: usize) -> (usize, usize) {
         let parts = self.parts();
         let pieces = [
@@ -349,7 +351,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks during which a load explains most, and that load. Start and end are searched alternately, twice.
+    /// The interval of blocks (start, end) during which a load reduces the error most, and that load. Start and end are
+    /// searched alternately, twice each.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);

@@ -1,16 +1,17 @@
-//! The log check: whether a log belongs to the robot of the description, before any fit.
+//! The log check: tests before any fit whether a log belongs to the robot of the description.
 //!
-//! The torque of each joint is regressed on the nominal torque of its motion and on columns that no description has:
+//! The torque of each joint j is regressed on the nominal torque of its motion, and on columns that no description contains
+//! (rotor, viscous and Coulomb friction, offset):
 //! ```text
 //! tau_j = s_j (Y(q, dq, ddq) X)_j + a ddq_j + b dq_j + c direction_j + d
 //! ```
-//! X are the nominal base parameters (p). s_j is the slope of the description. It is near 1 where log and description
-//! belong to one robot and one unit. b and c are positive, since friction dissipates. Where a slope is not near 1, common
-//! faults are undone one by one. A fault that, once undone, makes the description predict the torques is the finding
-//! (`search`). A description without inertials has no slopes, and the log check lists what it cannot determine.
+//! X: nominal base parameters. The slope s_j of the description is near 1 if log and description belong to one robot and use
+//! the same units. b and c are positive, since friction dissipates. If a slope is not near 1, common faults are undone one
+//! by one. If the description then predicts the torques, this fault is the finding (`search`). Without inertials in the
+//! description there are no slopes, and the log check lists what it cannot determine.
 //!
-//! The log check is not an estimate. Nominal inertials are wrong by tens of per cent, and a slope of 0.6 in a wrist is no
-//! fault of a log.
+//! The log check does not estimate parameters. Nominal inertials are wrong by tens of per cent, so a slope of 0.6 in a wrist
+//! is no fault of a log.
 
 mod change;
 mod columns;
@@ -53,17 +54,18 @@ use crate::estimate::log_check::trial::tried;
 use crate::estimate::log_check::trials::Trials;
 use crate::signals::records::Records;
 
-/// A velocity that lags the derivative of its position by less than this is not late, s.
+/// A velocity column is in time if it lags the derivative of its position by less than this, s.
 pub const TIMELY_S: f64 = 1e-3;
 
-/// Least number of samples for slopes, where the log has as many.
+/// Least number of samples for slopes, if the log has so many.
 const MIN_TRIED_SAMPLES: usize = 400;
-/// Least number of samples where many changes are tried.
+/// Least number of samples when many changes are tried.
 const FEW_TRIED_SAMPLES: usize = 150;
 
-/// Checks a log, given its records, suspect columns, and the nominal base parameters.
+/// Checks a log. `suspects`: suspect columns; `described`: nominal base parameters, or `None` if the description has no
+/// inertials.
 ///
-/// `described` is `None` where the description has no inertials.
+/// If the log has gross faults, they are undone and the log is checked again.
 ///
 /// Fails when a record cannot be read.
 pub fn log_check<R: Records + ?Sized>(
@@ -77,14 +79,14 @@ pub fn log_check<R: Records + ?Sized>(
     Ok(tried(look(&samples), |changes| look(&samples.changed(changes, regressor))))
 }
 
-/// The log check of samples, without trying the remedies of its findings.
+/// Checks samples, without trying the remedies of the findings.
 fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], described: Option<&[f64]>) -> LogCheck {
     let n = regressor.coordinates().len();
     // The slopes s_j from many samples.
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
-    // Detection limits of zeros need ten angles per joint, so fewer samples are used.
+    // Detection limits of zeros need ten angles per joint, so fewer samples are used for them.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));
@@ -122,7 +124,8 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
     log_check
 }
 
-/// The share of the variance of a joint's torque that the description and the joint's own columns explain together.
+/// The share of the variance of a joint's torque that the description explains together with the joint's own columns (rotor,
+/// friction, offset). `None` if the torque is constant or there are too few samples.
 fn explained(samples: &Samples, rows: &[usize], j: usize, partial: &Partial) -> Option<f64> {
     let places = used(&samples.kept, rows, j);
     let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();

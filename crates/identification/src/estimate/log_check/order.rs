@@ -1,9 +1,10 @@
-//! The permutation of columns with which the description predicts the log, for all signals, the motions or the torques.
+//! Searches for a permutation of the columns with which the description predicts the log. It is tried for all signals, for
+//! the motions, and for the torques.
 //!
 //! For few joints all permutations are tried. For more joints only common mistakes are tried: joints in alphabetical order,
 //! from the tip to the base, rotated by some places, two to four limbs in any order, and any cycle of three joints. A
-//! permutation is a product of exchanges: (a b c ..) = (a b)(b c)... A subset of the samples ranks the permutations, and
-//! all samples give the misfit of the best one.
+//! permutation is a product of exchanges: (a b c ..) = (a b)(b c)... The permutations are ranked on a subset of the samples;
+//! the misfit of the best one is computed on all.
 
 use std::convert::Infallible;
 
@@ -19,27 +20,28 @@ use crate::estimate::log_check::trials::Trials;
 /// Largest number of joints for which all permutations are tried. Seven joints have 5 040.
 const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 
-/// Number of samples that rank the permutations.
+/// Number of samples on which the permutations are ranked.
 const RANKING_SAMPLES: usize = 100;
 
-/// A permutation is as good as the best one where its misfit (squared) is at most this many times as large.
+/// A permutation counts as equally good if its squared misfit is at most this many times that of the best one.
 const AS_GOOD_ORDER_RATIO: f64 = 1.2;
 
-/// Mean misfit (squared) of the unchanged log below which no exchange is searched: a tenth of the torque.
+/// No exchange is searched if the mean squared misfit of the unchanged log is below this (10 % of the torque).
 const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 
-/// Largest number of limbs of equal length that are tried in all permutations.
+/// Largest number of limbs of equal length whose permutations are all tried.
 const MAX_LIMBS: usize = 4;
 
-/// An exchange of something of two joints.
+/// A function that makes the hypothesis that columns of two joints are exchanged.
 type Exchange = fn(usize, usize) -> Hypothesis;
 
-/// Exchanges of all signals, of motions and of torques. The first two exchange the same motions.
+/// The three kinds of exchanges: all signals, motions, torques. The first two exchange the motions in the same manner.
 const EXCHANGE_KINDS: [Exchange; 3] =
     [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl ChangeSearch<'_> {
-    /// The permutation with the smallest misfit, as exchanges, with its misfits; `None` for a single joint.
+    /// The permutation with the smallest misfit, as a list of exchanges, and the misfits of the joints with it; `None` for a
+    /// single joint. `as_it_is`: regression of the unchanged log.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -59,7 +61,8 @@ impl ChangeSearch<'_> {
                 .extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
             Ok::<(), Infallible>(())
         });
-        // Equal limbs have several permutations with nearly equal misfit: the one with the fewest exchanges is likeliest.
+        // If limbs are equal, several permutations have nearly equal misfit: the one with the fewest exchanges is the most
+        // likely.
         let least = ranked.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
         ranked.retain(|(left, _)| *left <= AS_GOOD_ORDER_RATIO * least);
         let (_, best) = ranked.into_iter().min_by(|a, b| a.1.len().cmp(&b.1.len()).then(a.0.total_cmp(&b.0)))?;
@@ -69,8 +72,8 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges that the search cannot detect, because they change the torque little; `None` where none
-    /// reduces the misfit by far.
+    /// The best of the exchanges in `hidden`, which the search cannot detect because they change the torque little; `None`
+    /// if none reduces the misfit by far.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
@@ -85,8 +88,8 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Pairs of joints, and of limbs of equal length, whose exchange the description would not detect in this log. By pair, the
-/// joints of both.
+/// Pairs of joints, and of limbs of equal length, whose exchange the description would not detect in this log. Each pair
+/// lists the joints of its two members.
 pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<usize>; 2]> {
     let n = slopes.len();
     let lengths = (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs) && n > *limbs).map(|limbs| n / limbs);
@@ -107,7 +110,7 @@ pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<
     hidden
 }
 
-/// The permutations to try, without the identity; joint k has the columns of joint `order[k]`.
+/// The permutations to try, without the identity. `order[k]`: number of the joint whose columns belong to joint k.
 fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     let n = coordinates.len();
     let mut found = match n <= MAX_JOINTS_FOR_ALL_ORDERS {
@@ -141,7 +144,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     sorted.iter().enumerate().for_each(|(place, &k)| inverse[k] = place);
     let mut found = vec![sorted, inverse, (0..n).rev().collect()];
     found.extend((1..n).map(|by| (0..n).map(|k| (k + by) % n).collect()));
-    // Limbs of equal length in all orders: messages of legged robots often have another order.
+    // Limbs of equal length in all orders: messages of legged robots often use another order of legs.
     for limbs in (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs)) {
         let length = n / limbs;
         let joints = |order: &Vec<usize>| order.iter().flat_map(|limb| limb * length..(limb + 1) * length).collect();
@@ -158,12 +161,12 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// The exchanges that, applied one after the other, assign the columns of joint `order[k]` to joint k.
+/// The exchanges that, when applied one after the other, assign the columns of joint `order[k]` to joint k.
 fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // A permutation has every joint once, so a joint that is not in its place comes later.
+        // A permutation contains every joint once, so a joint that is not in its place comes later.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);
@@ -197,7 +200,8 @@ mod tests {
         let names: Vec<String> =
             ["left", "arm", "wrist", "elbow", "hip", "knee", "ankle", "neck"].map(Into::into).into();
         let found = orders(&names);
-        // 8 * 7 * 6 / 3 cycles of three, 7 rotations, alphabetical order and its inverse, reversed order, two and four limbs.
+        // Number of orders: 8 * 7 * 6 / 3 cycles of three joints, 7 rotations, alphabetical order and its inverse, reversed
+        // order, two and four limbs.
         assert_eq!(found.len(), 112 + 7 + 3 + 1 + 23);
         for order in &found {
             let mut sorted = order.clone();

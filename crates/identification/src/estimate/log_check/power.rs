@@ -1,8 +1,9 @@
-//! The smallest zero offset of a joint that the search would have detected in this log, and the offset with the least error.
+//! Computes the smallest zero offset of a joint that the search would have detected in this log, and the offset with the
+//! least error.
 //!
-//! An offset that raises the misfit of the description by enough is one that the search would have undone. The search does
-//! not report a smaller offset, although the description may fit better with it: with e(u) the relative error of the
-//! description whose joint k is turned by u, rad, friction and rotors fitted,
+//! If an offset raises the misfit of the description by enough, the search would have found and undone it. The search does
+//! not report a smaller offset, although the description may fit better with it. So this offset u_k of joint k is computed,
+//! with the relative error e(u) of the description after joint k is turned by u, rad; friction and rotors are fitted:
 //! ```text
 //! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
 //! ```
@@ -18,10 +19,10 @@ use crate::estimate::log_check::trials::Trials;
 
 use super::change::misfits;
 
-/// Offsets whose detection is tested, degrees.
+/// Offsets that are tested for detection, degrees.
 const TRIED_OFFSETS_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
 
-/// Whether the search would have undone these changes.
+/// Whether the search would have detected these faults: they raise the misfit by enough.
 pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> bool {
     let sum = |changes: &[Change], partials: &[Partial]| {
         let left = misfits(partials, slopes, changes, 1.0);
@@ -31,8 +32,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Another zero is then equivalent to a rotation of its body. Every base parameter in
-/// the torque of such a joint is also in the torque of each joint that carries it.
+/// Whether joint k carries no other joint. Another zero of k is then equivalent to a rotation of its body. If k carries
+/// joint j, the torque of k depends on all base parameters that the torque of j depends on; this is the test.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =
@@ -44,37 +45,38 @@ pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     })
 }
 
-/// The smallest detectable offset of joint k, rad; `None` where no offset would have been detected.
+/// The smallest detectable zero offset of joint k, rad; `None` if no tested offset would be detected.
 pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
     let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
     let tried = TRIED_OFFSETS_DEG.map(f64::to_radians);
-    // From the largest offset down, as long as both signs are detected.
+    // Tests from the largest offset down, as long as both signs are detected.
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
 }
 
-/// An offset is reported where it reduces the error of the description below this ratio.
+/// An offset is reported if it reduces the error of the description below this share.
 const TURNED_ERROR_RATIO: f64 = 0.4;
 /// Smallest offset that is reported, rad: encoders are referenced to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
-/// Largest offset, rad; larger ones belong to the search for faults.
+/// Largest offset that is reported, rad; larger ones are found by the search for faults.
 const LARGEST_TURN_RAD: f64 = PI / 6.0;
-/// Distance of the three points of the parabola, rad.
+/// Distance between the three points of the parabola, rad.
 const TURN_STEP_RAD: f64 = PI / 180.0;
-/// Number of parabola steps: the error is a parabola near its minimum, and four steps reach a thousandth of a degree.
+/// Number of parabola steps. The error is nearly a parabola at its minimum, so four steps are accurate to a thousandth of a
+/// degree.
 const PARABOLA_STEPS: usize = 4;
 
-/// A joint whose offset makes the description fit better.
+/// A joint for which a zero offset makes the description fit better.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MisplacedJoint {
-    /// The coordinate.
+    /// Number of its coordinate.
     pub joint: usize,
-    /// Offset, rad.
+    /// Zero offset with the least error, rad.
     pub angle: f64,
-    /// Relative error of the description, unchanged and with the joint turned.
+    /// Relative errors of the description: (unchanged, with the joint turned).
     pub errors: (f64, f64),
 }
 
-/// The joint among these whose offset reduces the error of the description most; `None` where none does by far.
+/// The joint among `joints` whose offset reduces the error of the description most; `None` if no offset reduces it by far.
 pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Option<MisplacedJoint> {
     // Squared residual of all torques, and squared torques.
     let sums = |changes: &[Change]| {

@@ -1,16 +1,16 @@
-//! Partial regression of a signal on one column, given a few other columns.
+//! Partial regression of a signal on one column, with a few other columns projected out.
 //!
-//! The signal y and the column x are projected onto the complement of the columns F (friction, rotor, offset): y' = y -
-//! P_F y, x' = x - P_F x. Then the slope is x'.y' / x'.x', and the share of the squared residual of F that x explains is
-//! (x'.y')^2 / (x'.x' y'.y').
+//! The signal y and the column x are projected onto the complement of the columns F (friction, rotor, offset): y' = y - P_F
+//! y, x' = x - P_F x, with the projector P_F onto the span of F. Then the slope is x'.y' / x'.x'. Of the squared residual of
+//! a fit by F alone, x explains the share (x'.y')^2 / (x'.x' y'.y').
 
-/// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
+/// The slope of a joint is used if the description explains more than this share. Otherwise it is printed in brackets.
 pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 
-/// A column whose residual after projection is below this share of its norm counts as dependent.
+/// A column is linearly dependent if its norm after projection is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
-/// Orthonormal columns of equal length.
+/// An orthonormal basis: columns of equal length.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Basis(Vec<Vec<f64>>);
 
@@ -20,7 +20,7 @@ impl Basis {
         let mut basis = Basis::default();
         for column in columns {
             let norm = square(&column).sqrt();
-            // Projecting twice makes the columns orthogonal up to rounding.
+            // Projecting twice makes the columns orthogonal to rounding accuracy.
             let mut column = basis.without(basis.without(column));
             let left = square(&column).sqrt();
             if left > DEPENDENT_COLUMN_SHARE * norm {
@@ -36,7 +36,7 @@ impl Basis {
         self.0.len()
     }
 
-    /// The projection of a signal onto the complement of the columns.
+    /// The projection of a signal onto the complement of the basis.
     pub(crate) fn without(&self, mut signal: Vec<f64>) -> Vec<f64> {
         for column in &self.0 {
             let share = product(column, &signal);
@@ -49,19 +49,19 @@ impl Basis {
 /// The products of a signal y and a column x, both projected onto the complement of a basis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Partial {
-    /// y'.y', x'.x', x'.y'.
+    /// The products y'.y', x'.x' and x'.y' of signal y' and column x'.
     pub yy: f64,
     pub xx: f64,
     pub xy: f64,
 }
 
 impl Partial {
-    /// The products of projected signals.
+    /// Computes the products of a projected signal y and a projected column x.
     pub(super) fn of(y: &[f64], x: &[f64]) -> Partial {
         Partial { yy: square(y), xx: square(x), xy: product(x, y) }
     }
 
-    /// y per x; 0 for a column of zeros.
+    /// The regression slope of y by x; 0 for a column of zeros.
     pub(super) fn slope(&self) -> f64 {
         if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
     }
@@ -72,23 +72,23 @@ impl Partial {
         if both > 0.0 { (self.xy * self.xy / both).min(1.0) } else { 0.0 }
     }
 
-    /// Squared residual with this slope over y'.y'; above 1 where the column raises it.
+    /// Squared residual for a given slope, over y'.y'; above 1 if the column increases the residual.
     pub(super) fn residual(&self, slope: f64) -> f64 {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }
 
-    /// x'.x' over y'.y': the share of the squared signal that the column has with slope 1.
+    /// The ratio x'.x' / y'.y': squared nominal torque over squared measured torque, if x is the nominal torque.
     pub(super) fn weight(&self) -> f64 {
         if self.yy > 0.0 { self.xx / self.yy } else { 0.0 }
     }
 }
 
-/// |x|^2.
+/// The squared norm |x|^2.
 pub(crate) fn square(x: &[f64]) -> f64 {
     product(x, x)
 }
 
-/// x . y.
+/// The scalar product x . y.
 pub(super) fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
@@ -108,7 +108,8 @@ mod tests {
         let basis = Basis::of(vec![f.clone(), g, f]);
         assert_eq!(basis.0.len(), 2, "a column twice spans nothing more");
         let partial = Partial::of(&basis.without(y), &basis.without(mixed));
-        // Noise of 0.1 over 400 rows: five standard errors are 0.025; the share of noise in the variance is 0.02.
+        // The noise is 0.1 over 400 rows: five standard errors of the slope are 0.025. The share of noise in the variance is
+        // 0.02.
         assert!((partial.slope() - 0.7).abs() < 0.025, "{partial:?}");
         assert!((partial.share() - 0.98).abs() < 0.01 && (partial.residual(0.7) - 0.02).abs() < 0.01);
         assert!(partial.residual(-0.7) > 3.0);

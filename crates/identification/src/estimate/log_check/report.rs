@@ -1,4 +1,5 @@
-//! The result of a log check: agreement of each joint with the description, findings, and undetermined properties.
+//! The result of a log check: agreement of each joint with the description, findings, and properties that are not
+//! determined.
 
 use std::fmt;
 
@@ -14,90 +15,96 @@ use crate::estimate::log_check::visited::VisitedStates;
 pub struct JointCheck {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Regression slope of the measured torque by the nominal torque, given rotor, friction and offset; `None` without
-    /// inertials, or where the joint has too few samples.
+    /// Regression slope of measured by nominal torque, with rotor, friction and offset projected out. `None` without
+    /// inertials, or if the joint has too few samples.
     pub slope: Option<f64>,
-    /// Share of the squared residual of rotor, friction and offset that the description explains; the weight of the
-    /// evidence for the slope.
+    /// Share of the squared residual of a fit by rotor, friction and offset that the description explains. It weighs the
+    /// evidence for the slope. `None` like `slope`.
     pub share: Option<f64>,
-    /// Share of the variance of the torque that the description explains together with rotor, friction and offset.
+    /// Share of the variance of the torque that description, rotor, friction and offset explain together; `None` if unknown.
     pub explained: Option<f64>,
-    /// Friction by the joint's own row of the regressor; `None` where it cannot be determined.
+    /// Friction, estimated from the equation of this joint alone; `None` if it cannot be determined.
     pub friction: Option<JointFriction>,
-    /// Range of its motion, rad (m).
+    /// Range of the joint's motion, rad (m).
     pub range: f64,
-    /// Lag of its velocity behind the derivative of its position, s; `None` where it hardly moves.
+    /// Lag of the velocity behind the derivative of the position, s; `None` if the joint hardly moves, or if both are
+    /// different signals.
     pub velocity_lag: Option<f64>,
-    /// Standard deviation of that lag, s.
+    /// Standard deviation of `velocity_lag`, s.
     pub velocity_lag_deviation: f64,
-    /// Correlation of its acceleration with the derivative of its velocity, and the ratio of their rms values; `None` where
-    /// one of them is zero.
+    /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if one
+    /// of them is zero.
     pub acceleration: Option<(f64, f64)>,
-    /// Whether its acceleration is not the derivative of its velocity.
+    /// Whether the acceleration is another signal than the derivative of the velocity.
     pub wrong_acceleration: bool,
-    /// The smallest detectable offset of its zero, rad; `None` where no offset would be detected.
+    /// The smallest detectable offset of the joint's zero, rad; `None` if no offset would be detected.
     pub zero_power: Option<f64>,
 }
 
-/// Whether velocities and accelerations come from columns of the log.
+/// Whether velocities and accelerations are read from columns of the log, or computed by differentiation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Measured {
-    /// The velocities, from columns of the log.
+    /// Whether velocities are read from columns of the log.
     pub velocity: bool,
-    /// The accelerations, from columns of the log.
+    /// Whether accelerations are read from columns of the log.
     pub acceleration: bool,
 }
 
-/// A possible fault that a log does not need, since bodies that differ from the nominal ones explain it equally well.
+/// A suspected fault that is not needed to explain the log, since other bodies than the nominal ones explain it equally
+/// well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExplainedMistake {
-    /// The possible fault.
+    /// The suspected fault, as a finding.
     pub finding: Finding,
-    /// Whether the description predicts the log far better with the fault undone.
+    /// Whether the description predicts the log far better after the fault is undone.
     pub is_likely: bool,
 }
 
 /// The result of the check of a log against a description, before any fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogCheck {
-    /// One per coordinate.
+    /// Agreement of each joint with the description, one per coordinate.
     pub joints: Vec<JointCheck>,
-    /// The findings, the worst first.
+    /// The findings: gross ones (unusable estimates) first.
     pub findings: Vec<Finding>,
-    /// Alternative explanations of the log; empty once they are tried.
+    /// Alternative explanations of the log, each a list of findings; empty after they have been tried.
     pub others: Vec<Vec<Finding>>,
-    /// Possible faults by the nominal bodies that other bodies explain equally well.
+    /// Suspected faults (by nominal bodies) for which other bodies explain the log equally well.
     pub explained: Vec<ExplainedMistake>,
-    /// A load that the description does not have: no fault of a log, but part of the parameters.
+    /// A load that the description does not contain; `None` if none was found. It is no fault of a log, but part of the
+    /// parameters.
     pub load: Option<Finding>,
-    /// Properties that could not be determined, in sentences.
+    /// Sentences on properties that could not be determined.
     pub not_checked: Vec<String>,
-    /// Whether the motion is so short that only faults that explain nearly all of the misfit are reported.
+    /// Whether the motion is short. Then only faults that explain nearly all of the misfit are reported.
     pub is_short: bool,
-    /// States that the robot visited.
+    /// The states (positions and velocities) that the robot visited.
     pub visited: VisitedStates,
-    /// Whether columns of velocity and acceleration were used.
+    /// Whether the columns of velocity and acceleration were used or not.
     pub measured: Measured,
-    /// The joint whose offset makes the description fit better.
+    /// The joint for which a zero offset makes the description fit far better; `None` if there is none.
     pub turned: Option<MisplacedJoint>,
-    /// Pairs of joints, or of limbs, whose exchange the description would not detect.
+    /// Pairs of joints, or of limbs, whose exchange the description would not detect. Each pair lists the joints of its two
+    /// members.
     pub hidden_exchanges: Vec<[Vec<usize>; 2]>,
-    /// Whether the columns belong to joints by their place, and not by their names.
+    /// Whether columns are assigned to joints by their place, not by their names.
     pub is_by_place: bool,
 }
 
-/// Share below which a slope is not shown.
+/// A slope is not printed if the description explains less than this share.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointCheck {
-    /// Whether its friction is negative, and its torque follows the nominal torque with the other sign.
+    /// Whether the sign of the joint's torque or motion is clearly wrong: friction is negative, and so is a meaningful
+    /// slope.
     pub(super) fn runs_back(&self) -> bool {
         let is_negative = self.slope.is_some_and(|slope| slope < 0.0);
         let is_meaningful = self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
         is_negative && is_meaningful && self.friction.is_some_and(|f| f.drives)
     }
 
-    /// The magnitude of its slope, where meaningful, and the gain that the description implies instead of `gain`: `q1=11.5`.
+    /// The magnitude of a meaningful slope, and the gain that the description implies instead of `gain`, as text: `q1=11.5`.
+    /// `None` if the slope is not meaningful.
     fn implied_gain(&self, gain: f64) -> Option<(f64, String)> {
         let slope = self.slope.filter(|_| self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
         Some((slope, format!("{}={}", self.coordinate, significant(gain / slope))))
@@ -109,10 +116,10 @@ fn by_description(gains: &[String]) -> String {
 }
 
 impl LogCheck {
-    /// This log check with the results on columns of another check of the same log.
+    /// Takes over the results on velocity and acceleration columns from `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // A velocity without a lag is no late derivative: it belongs to another joint, or is no velocity.
+        // If a velocity has no lag, it is not a late derivative: it belongs to another joint, or is another signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
         let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();
@@ -126,7 +133,8 @@ impl LogCheck {
         self
     }
 
-    /// Lag of velocities behind the derivatives of positions, s: the median over joints, because a filter acts on all.
+    /// Lag of the velocities behind the derivatives of the positions, s: the median over joints, because one filter acts on
+    /// all. `None` if no joint has a lag.
     pub fn velocity_lag(&self) -> Option<f64> {
         let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
         lags.sort_by(f64::total_cmp);
@@ -146,7 +154,7 @@ impl LogCheck {
     /// Compares the drive gains of the log's currents, one per coordinate, N m/A, with the gains that the description
     /// implies.
     ///
-    /// A torque that is s times the nominal torque comes from a gain that is s times too large.
+    /// If a torque is s times the nominal torque, its gain is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
         let all = self.joints.iter().zip(gains);
         let mut found: Vec<(f64, String)> = all.filter_map(|(joint, gain)| joint.implied_gain(*gain)).collect();
@@ -156,7 +164,7 @@ impl LogCheck {
             return;
         };
         self.findings.retain(|f| !f.is_of_scale());
-        // A load, or other bodies, change the slopes of some joints only.
+        // A load or other bodies would change the slopes of some joints only.
         let all = |is_off: &dyn Fn(f64) -> bool| found.iter().all(|(slope, _)| is_off(*slope));
         let is_off = all(&|s| s > COMMON_FACTORS.end) || all(&|s| s < COMMON_FACTORS.start);
         let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
@@ -167,14 +175,15 @@ impl LogCheck {
         }
     }
 
-    /// Notes the gains that the description implies where the efforts are known to be currents, which is no fault.
+    /// For efforts that are known to be currents: moves findings on the unit to `not_checked`, with the gains that the
+    /// description implies, since they are no faults.
     pub fn efforts_are_currents(&mut self) {
         let unit: Vec<Finding> = self.findings.extract_if(.., |f| f.is_of_scale()).collect();
         self.not_checked.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));
     }
 
-    /// Notes the implied gains of servos whose position errors were used as torques with gains of 1; `scale`: the meaning of
-    /// that scale, as a sentence.
+    /// For position errors that were used as torques with gains of 1: removes findings on the unit, and notes the gains that
+    /// the description implies. `scale`: a sentence on the meaning of the torques.
     pub fn efforts_are_position_errors(&mut self, scale: &str) {
         self.findings.retain(|f| !f.is_of_scale() && !matches!(f.fault, Fault::Gains(_)));
         let implied: Vec<String> = self.joints.iter().filter_map(|j| Some(j.implied_gain(1.0)?.1)).collect();
@@ -193,7 +202,7 @@ impl fmt::Display for LogCheck {
         writeln!(f, "{:<width$}  {:>8}  {:>6}  {:>9}  {:<9}", "joint", head[0], head[1], head[2], head[3])?;
         let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:.0} %", 100.0 * x));
         for j in &self.joints {
-            // A slope with weak evidence is in brackets or not shown.
+            // A slope with weak evidence is printed in brackets, or not at all.
             let slope = match (j.slope, j.share) {
                 (Some(slope), Some(share)) if share > COUNTED_SLOPE_SHARE => significant(slope),
                 (Some(slope), Some(share)) if share > SHOWN_SLOPE_SHARE => format!("({})", significant(slope)),

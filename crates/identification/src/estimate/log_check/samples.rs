@@ -1,8 +1,8 @@
-//! Samples of all records, thinned evenly to the number that a log check needs.
+//! Samples of all records, evenly thinned to the number that a log check needs.
 //!
-//! One pass over the records keeps every m-th sample with its neighbours in time, and m doubles where there are too many.
-//! Two quantities are summed over all samples before thinning: the path length of each joint, and the agreement of each
-//! measured velocity with the derivative of each position.
+//! One pass over the records keeps every m-th sample with its neighbours in time. If there are too many, m doubles. Two
+//! quantities are summed over all samples before thinning: the path length of each joint, and the agreement of each measured
+//! velocity with the derivative of each position.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -11,68 +11,70 @@ use logs::Error;
 use crate::estimate::log_check::change::{Change, position_of};
 use crate::signals::records::Records;
 
-/// Least number of kept torque values, over all joints: a few thousand samples of an arm.
+/// Least number of kept torque values of all joints together: a few thousand samples of an arm.
 const MIN_TORQUE_ENTRIES: usize = 16_384;
 
-/// Least number of kept samples, for robots of many joints.
+/// Least number of kept samples if a robot has many joints.
 const MIN_KEPT_SAMPLES: usize = 512;
 
-/// The lag of a velocity is not estimated for a joint slower than this share of the fastest.
+/// The lag of a velocity is not estimated if the joint's rms velocity is below this share of the fastest joint's.
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
-/// Squared correlation of a velocity with the derivative of the position, above which both are one signal.
+/// A velocity column is the derivative of the position if their squared correlation exceeds this.
 const SAME_VELOCITY_CORRELATION: f64 = 0.9;
-/// Squared correlation of an acceleration with the derivative of the velocity, above which both are one signal.
+/// An acceleration column is the derivative of the velocity if their squared correlation exceeds this.
 const SAME_ACCELERATION_CORRELATION: f64 = 0.25;
-/// Plausible rms of an acceleration over the rms of the derivative of the velocity.
+/// Plausible ratios of the rms of an acceleration column to the rms of the derivative of the velocity.
 pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 
-/// Correlated rows of filtered noise that count as one, at ten rows per period of the cut-off: twice its autocorrelation
-/// time of 0.32 periods.
+/// Number of rows of filtered noise that count as one independent row, at ten rows per period of the cut-off: twice the
+/// autocorrelation time of 0.32 periods.
 const CORRELATED_NOISE_ROWS: f64 = 6.4;
 
-/// A motion with fewer periods is short.
+/// A motion is short if it has fewer periods than this.
 const FEW_PERIODS: f64 = 1.5;
 
-/// The data of a log check.
+/// The data of a log check, from one pass over the records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
-    /// The kept samples, one after the other.
+    /// The kept samples of all records, one after the other.
     pub kept: States,
-    /// The samples directly before and after each kept one, and the time between those two, s.
+    /// The samples directly before and after each kept one; `span`: the time between these two, s.
     pub before: States,
     pub after: States,
     pub span: Vec<f64>,
-    /// The number of the log of each kept sample.
+    /// For each kept sample, the number of its log.
     pub log: Vec<usize>,
     /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
     /// Path length of each coordinate, sum |delta q|, rad (m).
     pub path: Vec<f64>,
-    /// dq_k . dq_k, slope_l . slope_l, and dq_k . slope_l at k * n + l, over all samples, with slope = dq/dt by differences.
+    /// Sums over all samples, with slope = dq/dt by differences of q: `velocity[k]` = dq_k . dq_k, `slope[l]` = slope_l .
+    /// slope_l, `together[k n + l]` = dq_k . slope_l.
     pub velocity: Vec<f64>,
     pub slope: Vec<f64>,
     pub together: Vec<f64>,
-    /// By coordinate, sums that compare its rates with differences of position and velocity.
+    /// For each coordinate, sums that compare velocity and acceleration with differences of position and velocity.
     pub rates: Vec<RateSums>,
-    /// Number of samples behind the sums.
+    /// Number of samples in the sums.
     pub count: usize,
 }
 
-/// Sums over all samples of one coordinate; `bend` is the second difference of the position, `jerk` that of the velocity.
+/// Sums over all samples of one coordinate, to compare velocity dq and acceleration ddq with differences. slope: first
+/// difference quotient of the position; bend: its second difference quotient.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RateSums {
-    /// (slope - dq) bend, bend^2 and (slope - dq)^2.
+    /// Sums of (slope - dq) bend, bend^2 and (slope - dq)^2.
     lag: f64,
     bend: f64,
     off: f64,
-    /// ddq dq', ddq^2 and dq'^2, with dq' the slope of dq.
+    /// Sums of ddq dq', ddq^2 and dq'^2, with the difference quotient dq' of dq.
     both: f64,
     acceleration: f64,
     slope: f64,
 }
 
 impl Samples {
-    /// The samples of the records, in one pass.
+    /// Collects the samples of the records, in one pass; n: number of coordinates.
     ///
     /// Fails when a record cannot be read.
     pub(crate) fn of<R: Records + ?Sized>(records: &R, n: usize) -> Result<Samples, Error> {
@@ -90,7 +92,7 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
-        // A sample needs both neighbours in time. Sums are over all samples, also over those that are not kept.
+        // A sample is used if it has both neighbours in time. The sums also include samples that are not kept.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);
@@ -98,7 +100,7 @@ impl Samples {
                     all.keep(states, r);
                 }
                 count += 1;
-                // With too many samples, every second one is dropped, and the step doubles.
+                // If there are too many samples, every second one is dropped, and the step doubles.
                 if all.kept.len() == 2 * most {
                     all.halve();
                     every *= 2;
@@ -109,7 +111,7 @@ impl Samples {
         Ok(all)
     }
 
-    /// These samples with changes applied.
+    /// A copy of these samples with changes applied that undo faults.
     pub(crate) fn changed(&self, changes: &[Change], regressor: &dyn Regressor) -> Samples {
         let (n, rows) = (self.kept.n, self.every(1));
         let done = |part: &States| Change::all_done(changes, part, &rows, regressor);
@@ -140,7 +142,7 @@ impl Samples {
             all.sum(&States::joined(&three), 1);
         }
         all.range = low.into_iter().zip(high).map(|(a, b)| (a.min(b), a.max(b))).collect();
-        // Thinned samples have shorter paths, so path lengths are computed from the unchanged numbers of periods.
+        // Thinned samples would give too short paths. So path lengths are computed from the unchanged numbers of periods.
         let periods = (0..n).map(|k| 2.0 * self.periods(position_of(changes, k)));
         all.path = periods.zip(&all.range).map(|(periods, (a, b))| periods * (b - a)).collect();
         all
@@ -214,8 +216,8 @@ impl Samples {
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
     }
 
-    /// Whether the median number of periods of the moving joints is so small that other bodies, zeros or signs may explain the
-    /// torques by chance.
+    /// Whether the motion is short: the median number of periods of the moving joints is so small that other bodies, zeros
+    /// or signs may explain the torques by chance.
     pub(crate) fn are_few(&self) -> bool {
         let mut periods: Vec<f64> =
             (0..self.kept.n).map(|k| self.periods(k)).filter(|periods| *periods > 0.0).collect();
@@ -223,8 +225,8 @@ impl Samples {
         periods.get(periods.len() / 2).is_some_and(|middle| *middle < FEW_PERIODS)
     }
 
-    /// Lag of the velocity of k behind the derivative of its position, s, by a first-order low-pass of the velocity or another
-    /// clock. `None` where k hardly moves.
+    /// Lag of the velocity of joint k behind the derivative of its position, s, for example by a low-pass or another clock.
+    /// `None` if k hardly moves, or if both are different signals.
     pub(crate) fn velocity_lag(&self, k: usize) -> Option<f64> {
         let fastest = self.velocity.iter().copied().fold(0.0, f64::max);
         let sums = &self.rates[k];
@@ -232,7 +234,8 @@ impl Samples {
         (moves && self.alike(k, k) > SAME_VELOCITY_CORRELATION).then(|| sums.lag / sums.bend)
     }
 
-    /// Standard deviation of that lag, s: the residual of (slope - dq) is filtered noise with correlated rows.
+    /// Standard deviation of the velocity lag of joint k, s. The residual of (slope - dq) is taken as filtered noise with
+    /// correlated rows.
     pub(crate) fn velocity_lag_deviation(&self, k: usize) -> f64 {
         let sums = &self.rates[k];
         let left = (sums.off - sums.lag * sums.lag / sums.bend).max(0.0);
@@ -240,14 +243,15 @@ impl Samples {
         if variance.is_finite() { variance.sqrt() } else { 0.0 }
     }
 
-    /// The correlation of the acceleration of k with the derivative of its velocity, and the ratio of their rms values.
+    /// The correlation of the acceleration of joint k with the derivative of its velocity, and the ratio of their rms
+    /// values. `None` if one of them is zero.
     pub(crate) fn acceleration(&self, k: usize) -> Option<(f64, f64)> {
         let sums = &self.rates[k];
         let both = sums.acceleration * sums.slope;
         (both > 0.0).then(|| (sums.both / both.sqrt(), (sums.acceleration / sums.slope).sqrt()))
     }
 
-    /// Whether the acceleration of k is another signal than the derivative of its velocity.
+    /// Whether the acceleration column of joint k is another signal than the derivative of its velocity.
     pub(crate) fn is_acceleration_wrong(&self, k: usize) -> bool {
         let sums = &self.rates[k];
         let both = sums.acceleration * sums.slope;
@@ -256,7 +260,7 @@ impl Samples {
             && (sums.both * sums.both.abs() < SAME_ACCELERATION_CORRELATION * both || !LIKELY_SIZES.contains(&size))
     }
 
-    /// The signed squared correlation of the velocity of k with the derivative of the position of l.
+    /// The squared correlation, with its sign, of the velocity of joint k with the derivative of the position of joint l.
     pub(crate) fn alike(&self, k: usize, l: usize) -> f64 {
         let together = self.together[k * self.kept.n + l];
         let both = self.velocity[k] * self.slope[l];

@@ -1,8 +1,8 @@
-//! Search for faults of single joints or pairs that, once undone, make the description predict the log.
+//! Searches for faults of single joints or pairs: after they are undone, the description predicts the log.
 //!
-//! Each change is tried on some hundred samples. The change with the smallest sum of misfits is taken where it reduces the
-//! sum by enough, and the search continues with it undone. A zero is searched every 15 degrees and then refined. Where no
-//! such faults explain the log, a permutation of its columns is searched (`order`).
+//! Each change (a fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted
+//! if it reduces the sum by enough, and the search continues with this change applied. A zero is searched every 15 degrees
+//! and then refined. If no such faults explain the log, a permutation of its columns is searched (`order`).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,94 +14,95 @@ use crate::estimate::log_check::regression::{COUNTED_SLOPE_SHARE, Partial};
 use crate::estimate::log_check::samples::Samples;
 use crate::estimate::log_check::trials::Trials;
 
-/// The data of a search.
+/// The input of a search for faults.
 pub(super) struct ChangeSearch<'a> {
     pub samples: &'a Samples,
     pub rows: &'a [usize],
-    /// The trials at `rows`.
+    /// The comparison of log and description at the samples `rows`.
     pub trials: &'a Trials<'a>,
     pub description: &'a Description<'a>,
-    /// Measured over nominal torque, common to all joints.
+    /// Ratio of measured to nominal torque, common to all joints.
     pub scale: f64,
-    /// Joints whose velocity is the derivative of another joint's position, with that joint.
+    /// Pairs (k, l): the velocity of joint k is the derivative of the position of another joint l.
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A suspected fault, with the mean misfit of the counted joints without and with it undone.
+/// A suspected fault. `before`, `after`: mean misfit of the counted joints without and with the fault undone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspicion {
-    /// One change, or the exchanges of a permutation.
+    /// The change that undoes the fault, or several exchanges that undo a permutation.
     pub changes: Vec<Change>,
     pub before: f64,
     pub after: f64,
 }
 
-/// Faults, and the misfits of the joints with these faults undone.
+/// Suspected faults, and the misfit of each joint after they are undone.
 pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
-/// Largest number of faults; a log with more is attributed to another robot.
+/// Largest number of faults in a log; a log with more is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// Number of changes besides the best one from which a search also starts.
+/// The search also starts from up to this many other changes than the best one.
 const FIRST_STEPS: usize = 6;
-/// Such a change has a misfit of at most this many times the misfit of the best one.
+/// The search also starts from a change if its misfit is at most this many times the misfit of the best change.
 const FIRST_STEP_RATIO: f64 = 2.0;
 /// Largest number of joints of a robot for which a search also starts from other changes than the best.
 const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
-/// All changes together must reduce the sum of misfits below this share.
+/// An explanation must reduce the sum of misfits below this share.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
-/// Each change must reduce the sum of misfits by at least this.
+/// Each change of an explanation must reduce the sum of misfits by at least this.
 pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
-/// An arbitrary zero must reduce the misfit below this share of the misfit with the best change without a free number.
+/// A zero offset by a free angle is preferred only if its misfit is below this share of that of the best change without a
+/// free number.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
-/// A fault is likely where undoing it reduces the misfit below this share: the square of `power::TURNED_ERROR_RATIO`.
+/// A fault is likely if undoing it reduces the misfit below this share: the square of `power::TURNED_ERROR_RATIO`.
 pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
-/// Mean misfit below which a permutation of the columns, one of thousands, explains the log.
+/// A permutation of the columns, one of thousands, explains the log if the mean misfit is below this.
 const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
-/// Least share of the misfits that an exchange must remove, where velocities are known to belong to other positions.
+/// If velocities are known to belong to other positions, an exchange must remove at least this share of the misfits.
 const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
-/// A joint counts where its squared nominal torque exceeds this share of the squared measured torque. A wrist whose torque
-/// is nearly all friction does not count.
+/// A joint counts in the sum of misfits if its squared nominal torque exceeds this share of its squared measured torque. A
+/// wrist whose torque is nearly all friction does not count.
 pub(super) const COUNTED_JOINT_SHARE: f64 = 0.05;
 
-/// Whether the squared nominal torque exceeds this share of the squared measured torque.
+/// Whether the squared nominal torque, times scale^2, exceeds this share of the squared measured torque.
 pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
-/// Largest distance of a tried pair along the coordinates, for robots of more joints than [`MAX_JOINTS_FOR_ALL_PAIRS`].
+/// Largest difference of joint numbers in a tried pair, if the robot has more joints than [`MAX_JOINTS_FOR_ALL_PAIRS`].
 const NEAR_PAIR_DISTANCE: usize = 3;
 /// Largest number of joints for which exchanges of all pairs are tried.
 const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
 
-/// One past the last joint that is tried in a pair with joint k of n.
+/// One past the number of the last joint that is tried in a pair with joint k of n joints.
 pub(super) fn last_of_pairs(k: usize, n: usize) -> usize {
     if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n }
 }
 
 /// Step of the search for a zero, rad.
 const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
-/// A zero within this distance of a quarter turn counts as a quarter turn, rad.
+/// A zero offset within this distance of a multiple of a quarter turn is rounded to it, rad.
 const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 /// The coarse search for a zero uses every fourth sample.
 const COARSE_SAMPLE_STEP: usize = 4;
 
-/// The sum of the misfits of the counted joints.
+/// Function that sums the misfits of the counted joints, from the misfits of all joints.
 pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl ChangeSearch<'_> {
-    /// Sets of faults that explain the log, each with the misfits of the joints with the set undone, ordered by their first
-    /// change, the best first. A single empty set where no faults explain it.
+    /// Finds sets of faults that explain the log, each with the misfits of the joints after the set is undone. They are
+    /// ordered by their first fault, the best first. One empty set if no faults explain the log.
     pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
         let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
         let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
         let n = counted.iter().filter(|c| **c).count().max(1) as f64;
-        // Where velocities are known to belong to other positions, only the exchange of these columns is searched.
+        // If velocities are known to belong to other positions, only the exchange of these columns is searched.
         let (firsts, gain) = match self.velocities.is_empty() {
             true => (self.firsts(as_it_is, &sum), SMALLEST_MISFIT_GAIN),
             false => {
@@ -113,7 +114,7 @@ impl ChangeSearch<'_> {
         let mut found: Vec<Explanation> = begun.map(|first| self.from(first, &unchanged, n, as_it_is, &sum)).collect();
         let whole = sum(&unchanged);
         let left = found.first().map_or(whole, |(_, misfits)| sum(misfits));
-        // A single fault that explains the log well needs no search for a permutation, unless it is an exchange itself.
+        // If a single fault explains the log well, no permutation is searched, unless the fault is itself an exchange.
         let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.of.exchanges().is_some());
         let is_single = found.first().is_some_and(|(set, _)| set.len() == 1 && !set.iter().any(is_part));
         if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
@@ -124,7 +125,7 @@ impl ChangeSearch<'_> {
                 return vec![(vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits)];
             }
         }
-        // The first of two faults may explain little by itself; all together must explain most.
+        // The first of two faults may explain little by itself, but all together must explain most.
         found.retain(|(_, misfits)| sum(misfits) <= LARGEST_MISFIT_SHARE_LEFT * whole);
         match found.is_empty() {
             true => vec![(Vec::new(), unchanged)],
@@ -132,7 +133,7 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The first changes with the smallest misfit, the best first.
+    /// The changes to start from, with the misfits of the joints; the best first.
     fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
         let n = as_it_is.len();
         if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
@@ -150,7 +151,7 @@ impl ChangeSearch<'_> {
         best.into_iter().chain(others).collect()
     }
 
-    /// The explanation that starts with a first change, continued as long as each further change explains enough.
+    /// Builds the explanation that starts with `first`. Further changes are added as long as each explains enough.
     fn from(
         &self,
         first: (Change, Vec<f64>),
@@ -175,7 +176,7 @@ impl ChangeSearch<'_> {
         (found, current)
     }
 
-    /// The change with the smallest misfit, in addition to the undone ones.
+    /// The change with the smallest misfit, if it is applied in addition to the changes `undone`.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -198,13 +199,14 @@ impl ChangeSearch<'_> {
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
-    /// Exchanges of positions or of velocities, for pairs of joints whose velocities belong to the other's position.
+    /// The possible exchanges of positions or of velocities, for pairs of joints whose velocities belong to each other's
+    /// position.
     fn pairs(&self) -> Vec<Change> {
         let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
     }
 
-    /// Changes without a free number.
+    /// All changes without a free number that are tried for n joints.
     fn plain(&self, n: usize) -> Vec<Change> {
         let mut all = [Degrees, GravityCompensated].map(Change::of).to_vec();
         for k in 0..n {
@@ -219,12 +221,12 @@ impl ChangeSearch<'_> {
         all
     }
 
-    /// The misfits of the joints with these changes.
+    /// The misfits of the joints after these changes.
     pub(super) fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// The zero of joint k with the smallest misfit, as a change.
+    /// Finds the zero offset of joint k with the smallest misfit, as a change.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples, the refinement all of them.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -256,18 +258,18 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// The slope of one joint relative to the other joints may be in this range by errors of nominal inertials.
+/// Errors of nominal inertials can explain a slope of one joint, relative to the other joints, in this range.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
-/// Least number of periods for a scale; with fewer, some bodies fit any scale.
+/// Least number of periods of a joint to test its scale. With fewer, some bodies fit any scale.
 const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
 
-/// Least number of other joints with meaningful slopes with which a slope is compared.
+/// A slope is tested only if at least this many other joints have meaningful slopes.
 const LEAST_COMPARED_JOINTS: usize = 2;
 
 impl ChangeSearch<'_> {
-    /// The joints whose torque has another scale than the other joints, with `found` undone: their slopes exceed the errors of
-    /// nominal bodies.
+    /// Joints whose torque has another scale than that of the other joints, with the faults `found` undone: their slopes
+    /// differ by more than errors of nominal bodies explain.
     pub(super) fn scaled(&self, found: &[Suspicion], as_it_is: &[Partial]) -> Vec<Suspicion> {
         let undone: Vec<Change> = found.iter().flat_map(|one| one.changes.iter().copied()).collect();
         let partials = self.trials.partials(&undone);
@@ -281,7 +283,7 @@ impl ChangeSearch<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            // Compared with the median and with the description, since half of the joints may be wrong.
+            // The slope is compared with the median and with the description, since half of the joints may be wrong.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
             let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;
@@ -310,11 +312,11 @@ fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     }
 }
 
-/// Rounds of the ternary search between two steps, to half a degree.
+/// Iterations of the ternary search between two coarse steps, to half a degree.
 const ZERO_SEARCH_ROUNDS: usize = 10;
 
 impl Suspicion {
-    /// The joints that the fault concerns, of n.
+    /// Numbers of the joints that the fault concerns, of n joints.
     pub(super) fn joints(&self, n: usize) -> Vec<usize> {
         match self.changes.as_slice() {
             [one] => one.of.joints(),
@@ -322,7 +324,7 @@ impl Suspicion {
         }
     }
 
-    /// The joint of the log that holds the columns of joint k.
+    /// Number of the joint whose columns in the log belong to joint k.
     pub(super) fn source(&self, k: usize) -> usize {
         match motion_of(&self.changes, k) {
             same if same == k => torque_of(&self.changes, k).0,

@@ -1,5 +1,5 @@
-//! Checks of the signals of a log without inertials: dead and saturated torques, a log too short, angles in degrees,
-//! velocities that are not the derivatives of their positions, and negative friction.
+//! Checks the signals of a log without inertials: dead and saturated torques, a log that is too short, angles in degrees,
+//! velocities that are not the derivatives of the positions, and negative friction.
 
 use logs::Suspect;
 
@@ -11,26 +11,26 @@ use crate::estimate::log_check::friction::JointFriction;
 use crate::estimate::log_check::report::{JointCheck, LogCheck};
 use crate::estimate::remarks::LARGEST_ARM_ANGLE_RAD;
 
-/// A joint with a smaller range of motion is not examined, rad (m).
+/// A joint is not examined if its range of motion is smaller than this, rad (m).
 const SMALLEST_EXAMINED_RANGE: f64 = 0.02;
 
-/// Least number of periods of a log. One period is the least that separates inertia from gravity and friction, but a
-/// measured motion of one period (cobot6) lacks its ends.
+/// Least number of periods of a log. One period is the least that separates inertia from gravity and friction, but in a
+/// measured motion of one period (cobot6) the ends are missing.
 const MIN_PERIODS: f64 = 0.75;
 
-/// Squared correlation above which a velocity is the derivative of a position. Measured velocities have at least 0.97
-/// with their own positions.
+/// A velocity is the derivative of a position if their squared correlation exceeds this. Measured velocities have at least
+/// 0.97 with their own positions.
 const DERIVATIVE_CORRELATION: f64 = 0.8;
-/// Squared correlation up to which a velocity is not the derivative of a position.
+/// A velocity is not the derivative of a position if their squared correlation is at most this.
 const NO_DERIVATIVE_CORRELATION: f64 = 0.5;
 
-/// Smallest torque of any machine, N m (N), with a wide margin: the motor of a watch has 1e-6.
+/// Torques below this are not those of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6.
 const SMALLEST_TORQUE: f64 = 1e-30;
 
-/// Remedy for absent torques.
+/// Remedy if torques are absent.
 const NAME_TORQUES: &str = "log the measured torques or currents, or name their columns ([options.columns.torque])";
 
-/// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
+/// A torque is saturated if more than this share of its rows is at a limit. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl DiagnosisInput<'_> {
@@ -66,7 +66,7 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// The finding of a log that is too short; `None` where it has enough periods.
+    /// The finding that the log is too short; `None` if it has enough periods.
     pub(super) fn short(&self) -> Option<Finding> {
         let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_EXAMINED_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
@@ -76,7 +76,7 @@ impl DiagnosisInput<'_> {
         (periods < MIN_PERIODS).then(|| Finding::of_all(Fault::Short(periods), evidence, remedy))
     }
 
-    /// The finding of angles beyond the range of any arm; `None` where there are none.
+    /// The finding that angles exceed the range of any arm, so that they are in degrees; `None` if no angle does.
     pub(super) fn degrees(&self) -> Option<Finding> {
         let far = |k: &usize| {
             let (low, high) = self.samples.range[*k];
@@ -94,7 +94,8 @@ impl DiagnosisInput<'_> {
         })
     }
 
-    /// Joints whose velocity is not the derivative of their position, with the joint whose position fits it, if any.
+    /// The joints whose velocity is not the derivative of their position: number of the joint, the other joint whose
+    /// position fits (if any), and the finding.
     pub(super) fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
         let mut found = Vec::new();
         for k in (0..self.n()).filter(|&k| self.range(k) > SMALLEST_EXAMINED_RANGE && self.samples.velocity[k] > 0.0) {
@@ -129,14 +130,14 @@ impl DiagnosisInput<'_> {
         Finding::of_all(Fault::TorqueSigns, evidence, OTHER_TORQUE_SIGN).undone_by(undo)
     }
 
-    /// Findings of negative friction, in joints without another finding.
+    /// Findings of negative friction in joints that have no other finding.
     pub(super) fn friction(&self, log_check: &LogCheck, known: &[Finding]) -> Vec<Finding> {
         let accused = |name: &String| known.iter().any(|f| f.joints.contains(name));
         let judged: Vec<_> = log_check.joints.iter().filter_map(|j| Some((j, j.friction?))).collect();
         let drives: Vec<_> = judged
             .iter()
             .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > SMALLEST_EXAMINED_RANGE)
-            // In a short motion friction alone is weak evidence.
+            // In a short motion negative friction alone is weak evidence.
             .filter(|(j, _)| !log_check.is_short || j.slope.is_none() || j.runs_back())
             .collect();
         let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);

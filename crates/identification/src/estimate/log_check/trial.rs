@@ -1,7 +1,7 @@
-//! Trial of findings: the faults are undone in the log, and the log is checked again.
+//! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
 //!
-//! Undoing one fault may reveal another, which is then undone too. The faults are reported where no contradiction remains.
-//! Where a contradiction remains, its cause is reported as not identified.
+//! Undoing one fault may reveal another one, which is then undone too. The faults are reported if no contradiction remains.
+//! Otherwise the cause is reported as not identified.
 
 use crate::estimate::digits::percent;
 use crate::estimate::log_check::change::Change;
@@ -9,28 +9,29 @@ use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::estimate::log_check::report::{JointCheck, LogCheck};
 use crate::estimate::log_check::search::MAX_MISTAKES;
 
-/// Number of repeated checks: once for the found faults, and twice for faults that they reveal.
+/// Number of repeated checks: one after undoing the found faults, and two for faults that these reveal.
 const REPEATED_CHECKS: usize = 3;
 
-/// A joint is wrong where its squared relative residual under the description, with a plausible slope, exceeds this.
+/// A joint is wrong if its squared relative residual by the description, with a plausible slope, exceeds this.
 const WRONG_JOINT_MISFIT: f64 = 0.5;
 
-/// Squared relative residual of the description from which on the log belongs to another robot.
+/// A log belongs to another robot if the squared relative residual of the description exceeds this.
 pub(super) const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
-/// Remedy for a log of another robot.
+/// Remedy if the log belongs to another robot.
 pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of columns mends it: look for another model, another \
                                       tool or mounting (gravity), or several mistakes at once";
 
 /// Plausible slopes of joints: nominal bodies may be wrong by a factor of two.
 const PLAUSIBLE_SLOPES: (f64, f64) = (0.5, 2.0);
 
-/// Two explanations are equivalent where the ratio of their squared residuals is at most this.
+/// Two explanations are equivalent if the ratio of their squared residuals is at most this.
 pub const AS_WELL_RATIO: f64 = 1.5;
 
-/// The log check after a trial of its findings. `again`: check of the log with changes applied.
+/// Tries the findings of the log check `first` and returns it with the confirmed ones. `again`: function that checks the log
+/// with changes applied.
 ///
-/// Among explanations without remaining contradictions, those with the fewest faults count, and among these the one with the
-/// smallest residual. Equivalent explanations are reported as alternatives.
+/// Only explanations after which no contradiction remains are confirmed. Those with the fewest faults are kept, and among
+/// these the one with the smallest residual. Equivalent explanations are reported as alternatives.
 pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) -> LogCheck {
     if !first.is_gross() {
         return first;
@@ -45,7 +46,7 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Among these the smallest residual, and equivalent ones.
+    // Of these, the one with the smallest residual is kept, and equivalent ones.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);
@@ -68,13 +69,13 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
     first
 }
 
-/// The number of faults as which a finding counts: a free gain of each joint counts as the largest number.
+/// Number of faults that a finding counts as. A free gain of each joint counts as the largest number of faults.
 fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
 
-/// The gross findings of an explanation, with those that undoing them reveals. `None` where contradictions remain, or where
-/// more than `most` faults are needed.
+/// Tries an explanation: its gross findings, and those that are revealed when it is undone. `None` if contradictions remain,
+/// or if more than `most` faults are needed.
 fn mends(
     first: &LogCheck,
     findings: Vec<Finding>,
@@ -84,7 +85,7 @@ fn mends(
     let (mut found, mut new) = (Vec::<Finding>::new(), findings);
     for _ in 0..REPEATED_CHECKS {
         new.retain(|f| f.fault.is_gross());
-        // A finding that changes of the log cannot undo is reported without a trial.
+        // If changes of the log cannot undo a finding, it is reported without a trial.
         let count = found.iter().chain(&new).map(mistakes).sum::<usize>();
         if new.iter().any(|f| f.undo.is_empty()) || count > most {
             return None;
@@ -103,20 +104,20 @@ fn mends(
 }
 
 impl LogCheck {
-    /// Squared relative residual of the description with plausible slopes, mean over joints.
+    /// Squared relative residual of the description with plausible slopes, mean over the joints with slopes.
     pub fn unexplained(&self) -> f64 {
         let all: Vec<f64> = self.joints.iter().filter_map(JointCheck::misfit).collect();
         all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
-    /// Inserts an explanation before the alternative ones; findings that are not gross are dropped from the alternatives.
+    /// Inserts an explanation as the first one. The previous findings become alternatives, without those that are not gross.
     pub fn put_before(&mut self, explanation: Vec<Finding>) {
         let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
         let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();
         self.findings = explanation.into_iter().chain(others).collect();
     }
 
-    /// Replaces findings whose trial failed by the finding of an unidentified cause, or of another robot.
+    /// Replaces the findings whose trial failed with one finding: cause not identified, or another robot.
     fn leave_unidentified(&mut self) {
         let (vain, others): (Vec<Finding>, Vec<Finding>) =
             self.findings.drain(..).partition(|f| f.fault.is_gross() && !f.undo.is_empty());
@@ -149,12 +150,12 @@ impl LogCheck {
 }
 
 impl JointCheck {
-    /// Squared relative residual of the joint's torque under the description with a plausible slope; `None` without a
-    /// description.
+    /// Squared relative residual of the joint's torque by the description with a plausible slope; `None` without a slope.
     fn misfit(&self) -> Option<f64> {
         let (slope, share) = (self.slope?, self.share?);
         let allowed = slope.clamp(PLAUSIBLE_SLOPES.0, PLAUSIBLE_SLOPES.1);
-        // The description explains slope^2 xx = share yy; another slope adds a residual of (slope - allowed)^2 xx.
+        // xx, yy: squared nominal and measured torque. The description explains slope^2 xx = share yy; another slope adds a
+        // residual of (slope - allowed)^2 xx.
         let missed = if slope == 0.0 { 0.0 } else { share * ((slope - allowed) / slope).powi(2) };
         Some((1.0 - share + missed).min(1.0))
     }
@@ -174,7 +175,7 @@ mod tests {
             share: Some(0.9),
             ..JointCheck::default()
         };
-        // Only the first fault shows until it is undone.
+        // The check detects only the first fault until it is undone.
         let seen = faults.first().map(|&of| {
             let joints = of.joints().iter().map(|k| format!("j{}", k + 1)).collect();
             Finding::of(Fault::Of(of, 0.0), joints, String::new(), "").undone_by(vec![Change::of(of)])

@@ -1,8 +1,8 @@
 //! Comparison of nominal torques with the torques of a log, for many changes of the log.
 //!
-//! A change selects which motion and which torque of the log belong to a joint. The joint's own columns, and the projection
-//! of a torque onto their complement, depend on that pair only. So they are computed once per pair, which makes thousands
-//! of trials fast.
+//! A change determines which motion and which torque of the log belong to a joint. The joint's own columns (rotor, friction,
+//! offset), and the torque projected onto their complement, depend on this pair only. So they are computed once per pair,
+//! which makes thousands of trials fast.
 
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ use crate::estimate::log_check::change::{
 };
 use crate::estimate::log_check::regression::{Basis, Partial};
 
-/// A log and a description that are compared.
+/// A log and a description, prepared for many comparisons.
 pub(super) struct Trials<'a> {
     description: &'a Description<'a>,
     states: &'a States,
@@ -23,17 +23,18 @@ pub(super) struct Trials<'a> {
 
 /// Data of one joint that do not depend on a change.
 struct InvariantPart {
-    /// Indices into `rows` at which the joint is used, and those samples.
+    /// `places`: indices into `rows` of the samples at which the joint is used; `chosen`: these samples.
     places: Vec<usize>,
     chosen: Vec<usize>,
-    /// The joint's own columns, made of the motion of each joint of the log.
+    /// Entry k: orthonormal basis of the joint's own columns (rotor, friction, offset), if motion k of the log belongs to
+    /// the joint.
     bases: Vec<OnceLock<Basis>>,
-    /// The torque in column l, projected onto the complement of the columns of motion k, at k n + l.
+    /// Entry k n + l: torque column l, projected onto the complement of the own columns for motion k.
     torques: Vec<OnceLock<Vec<f64>>>,
 }
 
 impl<'a> Trials<'a> {
-    /// Trials at the samples `rows`.
+    /// Prepares comparisons at the samples `rows`.
     pub(super) fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
         let n = states.n;
         let own = |j: usize| {
@@ -50,12 +51,14 @@ impl<'a> Trials<'a> {
         self.description.torques(self.states, self.rows, changes)
     }
 
-    /// The partial regression of each joint's torque on its nominal torque, given the joint's own columns.
+    /// Partial regression of each joint's measured torque on its nominal torque after these changes, with the own columns
+    /// projected out.
     pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.nominal_torques(changes), changes)
     }
 
-    /// The partial regression of each joint's torque on the nominal torques `described`.
+    /// Partial regression of each joint's measured torque on the nominal torques `described`, with the own columns projected
+    /// out.
     pub(super) fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &InvariantPart)| {
@@ -73,7 +76,7 @@ impl<'a> Trials<'a> {
         self.joints.iter().enumerate().map(joint).collect()
     }
 
-    /// The joint's own columns that no description has, made of motion k: 1, dq, its direction, ddq.
+    /// The own columns that no description contains, from motion k: 1, dq, its direction, ddq (offset, friction, rotor).
     fn own_columns(&self, rows: &[usize], k: usize) -> Vec<Vec<f64>> {
         let (states, n) = (self.states, self.states.n);
         vec![

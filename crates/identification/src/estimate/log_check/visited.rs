@@ -1,7 +1,7 @@
-//! Whether a motion repeats another motion, by the distance of its states from the visited states.
+//! Tests whether a motion repeats another motion, by the distances between their states.
 //!
-//! A state is (q, dq), each over its standard deviation in the visited motion. Periods of one motion return to the same
-//! states; another motion does not.
+//! A state is (q, dq), with each signal divided by its standard deviation in the visited motion. Periods of one motion
+//! return to the same states; a different motion does not.
 
 use linear_model::states::States;
 use logs::Error;
@@ -9,25 +9,25 @@ use logs::Error;
 use crate::estimate::log_check::samples::Samples;
 use crate::signals::records::Records;
 
-/// The visited states of a robot, thinned.
+/// The states that a robot visited in its logs, thinned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VisitedStates {
     n: usize,
     /// q and dq of each state, in the order of time.
     states: Vec<f64>,
-    /// By state, the number of its log.
+    /// For each state, the number of its log.
     logs: Vec<usize>,
 }
 
 /// Largest number of kept states.
 const MOST_STATES: usize = 2000;
-/// Largest number of examined states of the other motion.
+/// Largest number of states that are compared with the visited states.
 const EXAMINED_STATES: usize = 300;
-/// Number of blocks of a motion, each compared with the others.
+/// Number of blocks (tenths) of a record that are compared with each other.
 const RECORD_BLOCKS: usize = 10;
-/// Rms distance per moving signal, in standard deviations, above which a state is new.
+/// A state is new if its rms distance per moving signal, in standard deviations, from every visited state exceeds this.
 const NEW_STATE_DISTANCE: f64 = 0.15;
-/// Share of new states above which a motion is another.
+/// A motion is a different one if more than this share of its states are new.
 const NEW_STATES_SHARE: f64 = 0.5;
 
 impl VisitedStates {
@@ -40,14 +40,14 @@ impl VisitedStates {
         VisitedStates { n: *n, states, logs: samples.log.iter().step_by(every).copied().collect() }
     }
 
-    /// The visited states of records of n coordinates.
+    /// Collects the visited states of records of a robot with n coordinates.
     ///
     /// Fails when a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(records: &R, n: usize) -> Result<VisitedStates, Error> {
         Ok(VisitedStates::of(&Samples::of(records, n)?))
     }
 
-    /// Whether most states of each block are new compared with the other blocks, so that predicting a block is a test on a new
+    /// Whether most states are far from all states of the other tenths, so that predicting a left-out tenth tests a new
     /// motion.
     pub fn has_new_parts(&self) -> bool {
         let count = self.len();
@@ -55,13 +55,13 @@ impl VisitedStates {
         self.is_new(self, |_| true, |i, j| part(i) != part(j))
     }
 
-    /// Whether the motion of a log differs from all other logs.
+    /// Whether the motion of log number `log` differs from all other logs; false if there are none.
     pub fn is_new_log(&self, log: usize) -> bool {
         let has_others = self.logs.iter().any(|other| *other != log);
         has_others && self.is_new(self, |i| self.logs[i] == log, |_, j| self.logs[j] != log)
     }
 
-    /// Whether this motion differs from the motion `before`.
+    /// Whether the motion of `self` differs from the motion `before`.
     pub fn is_other_than(&self, before: &VisitedStates) -> bool {
         before.is_new(self, |_| true, |_, _| true)
     }
@@ -70,7 +70,8 @@ impl VisitedStates {
         self.states.len() / (2 * self.n).max(1)
     }
 
-    /// Whether most states i of `other` with `is_meant(i)` are far from all of these states j with `counts(i, j)`.
+    /// Whether most states i of `other` with `is_meant(i)` are far from all states j of `self` with `counts(i, j)`. False if
+    /// there are too few states.
     fn is_new(
         &self,
         other: &VisitedStates,
@@ -100,7 +101,7 @@ impl VisitedStates {
         new as f64 > NEW_STATES_SHARE * all as f64
     }
 
-    /// The standard deviation of each signal.
+    /// The standard deviation of each signal, the n positions and the n velocities.
     fn deviations(&self) -> Vec<f64> {
         let (width, count) = (2 * self.n, self.len() as f64);
         let of = |c: usize| {
@@ -137,7 +138,7 @@ mod tests {
         let later = motion(400, |t| one(t + 0.7));
         assert!(!later.is_other_than(&periodic));
 
-        // The motions as logs of one fit.
+        // Joins motions, each as one log of a fit.
         let together = |logs: &[&VisitedStates]| {
             let of = |(log, visited): (usize, &&VisitedStates)| vec![log; visited.len()];
             let states = logs.iter().flat_map(|visited| visited.states.clone()).collect();

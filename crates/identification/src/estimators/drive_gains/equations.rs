@@ -1,7 +1,8 @@
-//! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves.
+//! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves. D: rows of the regressor, X:
+//! parameters, t: torque of a known load, k: drive gain, I: currents.
 //!
-//! A triangle with the nuisance columns first projects the nuisance out. The rows below these columns contain all remaining
-//! information on the parameters. The last diagonal entry is the norm of the residual.
+//! Nuisance parameters such as friction are eliminated by a triangle in which their columns come first. The rows of the triangle
+//! below these columns contain all information on the other parameters. The last diagonal entry is the norm of the residual.
 
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
@@ -9,35 +10,36 @@ use numerics::vector::dot;
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointEquations {
-    /// The rows of D, p coefficients each.
+    /// The rows of D, each with p coefficients.
     pub rows: Vec<Vec<f64>>,
     /// Torque of the known load, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
     /// Currents I, A, one per row.
     pub current: Vec<f64>,
-    /// `None`: the rows are scaled so that the noise of each current is 1.
+    /// The data from which the noise of the currents is estimated. `None`: the rows are scaled so that the noise of each current
+    /// is 1.
     pub scatter: Option<NoiseEvidence>,
 }
 
-/// The data for the noise of a joint, which is equal in all its rows.
+/// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Sum of squares of the currents that no parameters explain, A^2; not part of the rows.
+    /// Residual sum of squares of the currents that no parameters explain, A^2. It is not part of the rows.
     pub left: f64,
-    /// Number of independent equations behind the rows and `left`.
+    /// Number of independent equations from which the rows and `left` were computed.
     pub equations: f64,
 }
 
-/// Smallest mean square residual over the mean square current: the rounding is 1e-10 of the currents.
+/// Least mean square residual relative to the mean square current, because the rounding is 1e-10 of the currents.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
-/// Least number of equations for the noise, as a share of all equations, where the unknowns use up nearly all of them.
+/// Least number of degrees of freedom for the noise, as a share of all equations, if the unknowns use up nearly all of them.
 const LEAST_EQUATIONS_SHARE: f64 = 0.1;
 
 impl JointEquations {
-    /// Equations without nuisance columns: the rows of the triangle below those columns.
+    /// Makes equations without nuisance columns: the rows of the triangle below these columns.
     ///
-    /// `rows[r]` contains the nuisance, then p parameters. Its weight is known up to a factor, which follows from the
-    /// scatter. The known torque is a column of the same triangle, after the parameters.
+    /// `rows[r]` has `nuisance` nuisance columns, then p parameters. The weight of the rows is known up to a factor, which
+    /// follows from the residual. The known torque is a column of the same triangle, after the parameters.
     pub(crate) fn without_nuisance(
         rows: &[Vec<f64>],
         known: &[f64],
@@ -54,9 +56,9 @@ impl JointEquations {
         }
         let triangle = block.finish();
         let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
-        // Columns of other joints are empty here.
+        // The nuisance columns of other joints are zero here and are not counted.
         let used = (0..nuisance).filter(|&c| triangle.column_norm(c) > 0.0).count();
-        // The last row is the residual of parameters and known torque.
+        // The last row that is kept belongs to the column of the known torque.
         let kept = nuisance..width + 1;
         JointEquations {
             rows: kept.clone().map(|i| (nuisance..width).map(|j| at(i, j)).collect()).collect(),
@@ -73,12 +75,12 @@ impl JointEquations {
         self.rows.iter().zip(&self.known).zip(&self.current).map(|((d, t), i)| (d, *t, *i))
     }
 
-    /// |I - g (D X + t)|^2 of the rows, with g = 1/k.
+    /// The residual sum of squares |I - g (D X + t)|^2 of the rows, with g = 1/k.
     pub(crate) fn squares(&self, x: &[f64], g: f64) -> f64 {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The standard deviation of the currents at (X, g), where the unknowns use up `used` equations.
+    /// The standard deviation of the noise of the currents at (X, g). `used`: number of equations that the unknowns use up.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
@@ -99,7 +101,7 @@ mod tests {
         let (mut rows, mut known, mut current) = (vec![], vec![], vec![]);
         for _ in 0..40 {
             let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
-            // The torque of the load is correlated with friction.
+            // The torque of the load is correlated with the friction column.
             known.push(random.normal() + 2.0 * row[0]);
             current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4] + known[known.len() - 1]);
             rows.push(row);
@@ -108,10 +110,10 @@ mod tests {
         assert_eq!(e.rows.len(), 4);
         for (d, t, i) in e.each() {
             let torque = 0.5 * d[0] + 0.2 * d[1] - d[2] + t;
-            // Rounding of forty rows.
+            // The bound is the rounding of forty rows.
             assert!((torque - i).abs() < 1e-12);
         }
-        // The residual is the square of that rounding.
+        // The residual sum of squares is the square of this rounding.
         assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 }

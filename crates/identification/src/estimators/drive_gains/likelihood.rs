@@ -1,17 +1,18 @@
 //! Drive gains, N m/A, estimated together with the parameters from currents.
 //!
-//! The equation of joint j, after projection of friction and other nuisance, is
+//! The equation of joint j, after the elimination of friction and other nuisance parameters, is
 //!
 //! (D_j X + t_j) / k_j = I_j + noise,
 //!
-//! where t_j is the torque of a known load, N m. Currents alone determine gains and parameters up to one common factor,
-//! unless one gain is known or t is not zero [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the
-//! maximum-likelihood estimate needs no scaling of columns,
+//! where D_j are rows of the regressor, X the parameters, k_j the gain, N m/A, I_j the currents, A, and t_j the torque of a
+//! known load, N m. Currents alone determine gains and parameters only up to one common factor, unless one gain is known or t is
+//! not zero [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the maximum-likelihood estimate needs no
+//! scaling of columns,
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
-//! by Gauss-Newton. It starts from least squares in torque, which underestimates k. s_j is 1 where the weights contain the
-//! noise; otherwise it follows from the residual of the joint at the present X and g.
+//! by Gauss-Newton. It starts from least squares in torque, which underestimates k. s_j, the standard deviation of the currents,
+//! is 1 if the weights contain the noise. Otherwise it follows from the residual of the joint at the present X and g.
 //!
 //! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
 //! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them with another method.
@@ -29,11 +30,11 @@ use crate::estimators::drive_gains::equations::JointEquations;
 /// Prior knowledge of a drive gain, N m/A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
-    /// Given, without error.
+    /// The gain is known without error.
     Known(f64),
-    /// Expected near this value, with this standard deviation.
+    /// The gain is expected near the first value, with the second as its standard deviation.
     Expected(f64, f64),
-    /// To be estimated.
+    /// The gain is to be estimated.
     Free,
 }
 
@@ -44,30 +45,30 @@ impl Gain {
     }
 }
 
-/// Gains and parameters.
+/// The estimated drive gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
-    /// Gains, N m/A, one per joint; known gains as given.
+    /// Gain of each joint, N m/A; a known gain as it was given.
     pub gain: Vec<f64>,
     /// Standard deviations of the gains, N m/A; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
     /// Covariance of the logarithms of the gains for white noise, n x n; zero for a known gain.
     pub gain_covariance: DMatrix<f64>,
-    /// Whether the data determine the gain; true for a known one.
+    /// For each joint, whether the data determine the gain; true for a known gain.
     pub gain_determined: Vec<bool>,
-    /// Parameters X with these gains.
+    /// The parameters X with these gains.
     pub parameters: Vec<f64>,
     /// Standard deviations of X, including the uncertainty of the gains.
     pub deviation: Vec<f64>,
-    /// Covariance of X for white noise. The error of a gain changes the parameters of its joint together.
+    /// Covariance of X for white noise. The error of a gain makes the parameters of its joint correlated.
     pub covariance: DMatrix<f64>,
-    /// Whether the data determine the parameter.
+    /// For each parameter, whether the data determine it.
     pub determined: Vec<bool>,
-    /// Standard deviation of the currents, A, one per joint; 1 where the weights contain it.
+    /// Standard deviation of the noise of the currents of each joint, A. It is 1 if the weights contain the noise.
     pub noise: Vec<f64>,
-    /// Gauss-Newton steps; `None`: it did not converge.
+    /// Number of Gauss-Newton steps. `None`: the iteration did not converge.
     pub steps: Option<usize>,
-    /// Condition number of the linearised equations, columns scaled.
+    /// Condition number of the linearised equations with scaled columns.
     pub condition_number: f64,
 }
 
@@ -75,15 +76,16 @@ pub struct DriveGains {
 const MAX_GAUSS_NEWTON_STEPS: usize = 50;
 /// Largest relative change of a gain in one step, so that it keeps its sign.
 const LARGEST_GAIN_CHANGE: f64 = 0.5;
-/// The iteration ends where no unknown changes by more than this many standard deviations.
+/// The iteration ends if no unknown changes by more than this many standard deviations.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-6;
-/// The iteration ends where no gain changes by more than this, relative: the rounding of data without noise.
+/// The iteration also ends if no gain changes by more than this, relative; for data without noise this is the rounding.
 const SETTLED_GAIN_CHANGE: f64 = 1e-10;
 
-/// Gains and parameters by maximum likelihood.
+/// Estimates gains and parameters by maximum likelihood. `joints`: equations of each joint; `known`: prior knowledge of each
+/// gain.
 ///
-/// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. Gains and parameters that the
-/// data do not determine are marked in the result.
+/// Fails if nothing fixes the common scale: no gain is known or expected, and no torque is known. The result marks gains and
+/// parameters that the data do not determine.
 pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
     check_scale(joints, known)?;
     let n = joints.len();
@@ -110,7 +112,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
             break;
         }
     }
-    // k = 1/g: sigma(k) = sigma(g) / g^2, cov(ln k_i, ln k_j) = cov(g_i, g_j) / (g_i g_j).
+    // With k = 1/g: sigma(k) = sigma(g) / g^2, cov(ln k_i, ln k_j) = cov(g_i, g_j) / (g_i g_j).
     let deviation = |c: usize| last.inverse[(c, c)].max(0.0).sqrt();
     let (mut gain_deviation, mut gain_determined) = (vec![0.0; n], vec![true; n]);
     for (i, &j) in unknown.iter().enumerate() {
@@ -138,7 +140,8 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// tr J_j C J_j' of the rows of each joint j: the number of unknowns that it determines. Their sum is the number of unknowns.
+/// tr J_j C J_j' for each joint j, with its linearised rows J_j and the covariance C: the number of unknowns that the joint
+/// determines. The sum over the joints is the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -154,13 +157,13 @@ fn used(
     (0..joints.len()).map(of_joint).collect()
 }
 
-/// The largest |step_c| / sqrt(C_cc) of the determined unknowns.
+/// The largest change of a determined unknown in standard deviations: max |step_c| / sqrt(C_cc).
 fn in_sigmas(step: &Solution) -> f64 {
     let determined = (0..step.x.len()).filter(|&c| step.determined[c] && step.inverse[(c, c)] > 0.0);
     determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
 }
 
-/// Fails where nothing fixes the scale of the torques: no known or expected gain, and no known torque.
+/// Fails if nothing fixes the scale of the torques: there is no known or expected gain, and no known torque.
 fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     let n = joints.len();
     let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
@@ -172,9 +175,9 @@ fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Least squares in torque, the start of the iteration: (X, gains).
+/// Least squares in torque, from which the iteration starts: (X, gains).
 ///
-/// Unknown gains multiply the noisy currents, and expected gains are fixed. Where no gain is known or expected, the gain of
+/// Free gains are coefficients of the noisy currents, and expected gains are fixed. If no gain is known or expected, the gain of
 /// the joint with the largest current is set to 1, and the coefficient of the known torque gives the common factor.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
@@ -204,7 +207,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // An undetermined gain of zero starts at 1.
+    // An undetermined gain, which is zero here, starts at 1.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -212,7 +215,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     (x[..p].to_vec(), gain)
 }
 
-/// The step of (X, g) and its covariance.
+/// One Gauss-Newton step of (X, g), with its covariance. `unknown`: joints with an unknown gain.
 fn gauss_newton(
     joints: &[JointEquations],
     known: &[Gain],
@@ -239,7 +242,7 @@ fn gauss_newton(
     solve(&block.finish())
 }
 
-/// Rows of joint j for the step of (X, g), divided by its noise, with the residual of each.
+/// Rows of joint j, linearised in (X, g) and divided by its noise, each with its residual.
 fn linearised(
     equations: &JointEquations,
     j: usize,
@@ -258,7 +261,7 @@ fn linearised(
     equations.each().map(row).collect()
 }
 
-/// Variance of the prediction of a row.
+/// The variance of the prediction of a row, row C row'.
 fn variance(row: &[f64], solution: &Solution) -> f64 {
     let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
     row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
@@ -271,12 +274,12 @@ pub(crate) mod tests {
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// Contribution of the load in the second half of the experiments.
+    /// Parameters that the load adds in the experiments with the load.
     pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
-    /// The first joint has hardly more rows than its own parameters, as on a real arm. With a load every experiment is
-    /// repeated with it.
+    /// Equations of three joints. The first joint has hardly more rows than parameters, as on a real arm. If `is_loaded`, every
+    /// experiment is repeated with the load.
     pub(crate) fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
@@ -303,7 +306,7 @@ pub(crate) mod tests {
             let ml = drive_gains(&joints, &known).unwrap();
             assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
             for j in 0..3 {
-                // Noise of 1e-6, torques of some hundred.
+                // The noise is 1e-6, and the torques are some hundred.
                 assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
             }
             for c in 0..5 {
@@ -327,13 +330,13 @@ pub(crate) mod tests {
                 sigma = ml.gain_deviation[0] / GAINS[0];
             }
             assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-            // Mean and variance of 400 unit normals, five standard errors, and the bias of the second order.
+            // Bounds of the mean and variance of 400 unit normals: five standard errors, and the bias of second order.
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }
     }
 
-    /// A load that is in every experiment is like a part of the robot, so it does not fix the scale.
+    /// A load that is present in every experiment cannot be distinguished from the robot, so it does not fix the scale.
     #[test]
     fn the_scale_must_be_given() {
         let free = [Gain::Free; 3];

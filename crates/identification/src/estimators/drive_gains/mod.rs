@@ -1,4 +1,4 @@
-//! Drive gains estimated with the parameters.
+//! Estimation of drive gains together with the parameters.
 
 pub mod equations;
 pub mod likelihood;

@@ -1,16 +1,16 @@
 //! Cluster-robust standard deviations of drive gains and parameters, estimated together from logs of currents.
 //!
-//! The method is that of `replicate_deviation`.
+//! The method is described in `replicate_deviation`.
 //!
-//! With g_j = 1/k_j and the weight w_j = 1 / (k_j s_j), the equation of joint j in `likelihood`, linearised at the
-//! solution, is
+//! The equation of joint j in `likelihood` is linearised at the solution. With g_j = 1/k_j and the weight w_j = 1 / (k_j s_j) it
+//! is
 //!
 //! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise.
 //!
-//! The logarithm of an unknown gain is an additional parameter, and its column is the torque of its joint. All products
-//! follow from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
+//! The logarithm of an unknown gain is an additional parameter. Its column is the torque of the joint. All products of these
+//! columns follow from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
 //!
-//! An expected gain is a row of its own, whose error is one standard deviation.
+//! An expected gain adds one row, whose error is one standard deviation.
 
 use linear_model::linear_model::Model;
 use nalgebra::DMatrix;
@@ -22,26 +22,26 @@ use crate::estimators::replicate_deviation::{ReplicateDeviation, of_clusters};
 use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::Observation;
 
-/// Rows of one joint that share an error.
+/// A cluster of rows of one joint, which have a common error.
 struct ReplicateRows {
     joint: usize,
-    /// The columns that are not zero in these rows.
+    /// The columns that have non-zero entries in these rows.
     columns: Vec<usize>,
-    /// Products of these columns and of the current as the last, (m + 1) x (m + 1).
+    /// Sums of products of these columns, with the current as the last column, (m + 1) x (m + 1).
     products: DMatrix<f64>,
 }
 
-/// The clusters of rows of logs of currents.
+/// The clusters of the rows of logs with currents.
 pub struct Replicates {
-    /// By block of the record, the rows of each joint.
+    /// For each block of the record, the rows of each joint.
     parts: Vec<Vec<ReplicateRows>>,
-    /// By joint and speed band, and by joint and position band.
+    /// The rows of each joint in each speed band, and in each position band.
     bands: [Vec<ReplicateRows>; 2],
 }
 
 impl Replicates {
-    /// The clusters of rows whose right-hand side is the current; `bands` contain the current as the residual, with weights
-    /// of 1.
+    /// Makes the clusters from rows with the current as the right-hand side. `bands`: their residuals are the currents, and
+    /// their weights are 1.
     pub fn of(model: &Model, observation: &Observation, bands: StateBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
@@ -62,9 +62,9 @@ impl Replicates {
         Replicates { parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(), bands: of }
     }
 
-    /// Standard deviations of the parameters at a solution, then of the logarithms of the unknown gains.
+    /// Standard deviations at a solution: of the parameters, then of the logarithms of the unknown gains.
     ///
-    /// For each joint, `discounts` equations count as one compared with an expected gain.
+    /// `discounts`: for each joint, the number of correlated equations that count as one, in comparison with an expected gain.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();
@@ -96,7 +96,8 @@ impl Replicates {
 }
 
 impl ReplicateRows {
-    /// A_g and W_g' e_g of these columns and, after all parameters, of the gain where it is the `gain`-th unknown one.
+    /// The linearised cluster: A_g and W_g' e_g of its columns and of the gain, which follows all parameters. `gain`: number of
+    /// the gain among the unknown gains; `None` if it is known.
     fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
         let (m, p) = (self.columns.len(), found.parameters.len());
         let k = found.gain[self.joint];

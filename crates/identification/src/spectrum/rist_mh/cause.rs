@@ -1,25 +1,25 @@
 //! The effect that the model most likely lacks: late torques, ripple, springs, eccentric encoders, elastic joints, play.
 //!
-//! Each candidate is added to the fit with its columns (`effects`), for all joints at once, and friction and weights are
-//! chosen again. Two numbers decide, both with the measured noise: the share of the excess of chi^2 per freedom over 1
-//! (the value for noise alone) that the candidate explains,
-//!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1),
-//! and the probability that its m columns explain as much of an independent residual, by
+//! Each candidate is added to the fit with its columns (`effects`), for all joints at once. Friction and weights are then chosen
+//! again. Two numbers decide, both with the measured noise. The first is the share of the excess of chi^2 per degree of freedom
+//! over 1 (the value for noise alone) that the candidate explains (0: without, 1: with the candidate; nu: degrees of freedom),
+//!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1).
+//! The second is the probability that its m columns explain as much of an independent residual by chance, from
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
 //! The candidate with the largest share is the cause, if the share is at least `NAMED_CAUSE_SHARE` and F is significant at
 //! `SIGNIFICANCE_LEVEL`.
 //!
-//! The share is the stronger criterion. The residual is not noise, so over some hundred rows any column with a small
-//! correlation has a significant F. A cause that explains less than half is at most one of several. F is needed where the
-//! rows are few. Its level is one in a thousand. For ripple many numbers of periods are tried, and the level holds for all
-//! of them together (Bonferroni).
+//! The share is the stronger criterion. The residual is not noise, so with some hundred rows any column with a small correlation
+//! has a significant F. A cause that explains less than half is at most one of several causes. F is needed if there are few
+//! rows. Its level is one in a thousand. For ripple many numbers of periods are tried, and the level holds for all of them
+//! together (Bonferroni).
 //!
-//! The columns of a spring and of a gap are correlated where the torque has nearly two values only, as in a bang-bang
-//! motion. Play is then separable from the spring only where its gap is wider than the deflection of the spring.
+//! The columns of an elastic joint and of play are correlated if the torque has nearly two values only, as in a bang-bang
+//! motion. Then play can be distinguished from the spring only if its gap is wider than the deflection of the spring.
 //!
-//! Ripple of k periods per turn is tried at a joint on two conditions. The motions of the joint cover half a period, k
-//! range(q) >= pi, since less is correlated with gravity. The band of the equations contains it, k rms(dq) <= 2 pi f for
-//! their highest frequency f.
+//! Ripple of k periods per turn is tried at a joint under two conditions. The motions of the joint cover at least half a period,
+//! k range(q) >= pi, because with less the ripple is correlated with gravity. The ripple is within the band of the equations, k
+//! rms(dq) <= 2 pi f, f: their highest frequency.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::student::exceeded;
@@ -31,35 +31,35 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Least share of the excess of chi^2 per freedom over noise that a named cause must explain. With half it explains more than
-/// all other effects together.
+/// A cause is named if it explains at least this share of the excess of chi^2 per degree of freedom over noise. With half it
+/// explains more than all other effects together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
-/// Probability of F by chance below which columns are significant.
+/// Columns are significant if the probability of their F by chance is below this.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
-/// Largest number of ripple periods per turn that is tried. No encoder resolves more.
+/// Largest number of ripple periods per turn that is tried. No encoder resolves more periods.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named where its size exceeds this many standard deviations: `SIGNIFICANCE_LEVEL` of a normal error.
+/// A joint is named if the size of its effect exceeds this many standard deviations: `SIGNIFICANCE_LEVEL` of a normal error.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
-/// A joint is named where the squared torque of its columns is at least this share of the strongest joint. Less is cross
-/// talk of another joint.
+/// A joint is named if the squared torque of its columns is at least this share of the strongest joint. A smaller torque is
+/// cross talk of another joint.
 const LEAST_SQUARE_SHARE: f64 = 0.02;
 
 /// The effect that the model most likely lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
-    /// The effect by joint, with its sizes; only joints with a significant size.
+    /// The effect at each joint, with its size. Only joints with a significant size are listed.
     pub effects: Vec<EffectSize>,
-    /// By effect, the natural frequency of an elastic joint and the inertia behind it with locked motor, Hz; otherwise
-    /// `None`.
+    /// For each entry of `effects`: the natural frequency of an elastic joint and the inertia behind it, with locked motor, Hz.
+    /// `None` for other effects.
     pub frequency: Vec<Option<f64>>,
-    /// Share of the excess of chi^2 per freedom over noise that it explains.
+    /// Share of the excess of chi^2 per degree of freedom over noise that the effect explains.
     pub explained: f64,
-    /// Change of the base parameters when it is included.
+    /// Change of each base parameter if the effect is added to the model.
     pub shift: Vec<f64>,
 }
 
 impl HarmonicData<'_> {
-    /// The cause of the residual of `fit`; `None` where no candidate meets both criteria.
+    /// The cause of the residual of `fit`. `None` if no candidate meets both criteria. `left`: misfit of `fit`.
     pub(crate) fn cause(&self, fit: &IterationState, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
         let joints = 0..self.n;
         let mut candidates: Vec<Vec<Effect>> = vec![
@@ -78,7 +78,7 @@ impl HarmonicData<'_> {
             .filter(|cause| cause.explained >= NAMED_CAUSE_SHARE)
     }
 
-    /// The cause by a fit with these effects; `None` where it is not significant.
+    /// The cause from a fit with the additional `effects`. `None` if they are not significant.
     fn with(
         &self,
         effects: &[Effect],
@@ -93,7 +93,7 @@ impl HarmonicData<'_> {
         let misfit = data.residual_squares(&with);
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
-        // NaN counts as not significant.
+        // A probability of NaN counts as not significant.
         let is_beyond = exceeded(f, columns as f64, misfit.freedom) < SIGNIFICANCE_LEVEL;
         let explained = 1.0 - (misfit.total - 1.0).max(0.0) / (left.total - 1.0);
         if !is_beyond || !explained.is_finite() {
@@ -103,8 +103,8 @@ impl HarmonicData<'_> {
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_significant = |(size, carried): (&EffectSize, &f64)| {
-            // Compliance, width of a gap and stiffness are positive. A negative value is another effect, and damping alone
-            // is no spring.
+            // Compliance, width of a gap and stiffness are positive. A negative value means another effect. Damping alone is not
+            // a spring, so it is not tested.
             let is_positive = size.effect.is_positive();
             let tested = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
@@ -120,7 +120,7 @@ impl HarmonicData<'_> {
         (!significant.is_empty()).then_some(Cause { effects: significant, frequency, explained, shift })
     }
 
-    /// Sum of weighted squares of the torque of an effect.
+    /// The sum of weighted squares of the torque of an effect.
     fn carried(&self, fit: &IterationState, size: &EffectSize) -> f64 {
         let place = self.effects.iter().position(|e| *e == size.effect).unwrap_or(0);
         let first: usize = self.effects[..place].iter().map(|e| e.columns()).sum();
@@ -132,8 +132,8 @@ impl HarmonicData<'_> {
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
     }
 
-    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint, Hz, with M the mean inertia behind it over its experiments;
-    /// `None` for other effects.
+    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint, Hz; K: stiffness, M: mean over its experiments of the inertia
+    /// behind it. `None` for other effects.
     fn frequency(&self, size: &EffectSize, x: &[f64]) -> Option<f64> {
         let (Effect::Elastic { joint }, Some(&yielding)) = (size.effect, size.values.first()) else { return None };
         let moved: Vec<f64> =
@@ -143,11 +143,11 @@ impl HarmonicData<'_> {
         (square.is_finite() && square > 0.0).then(|| square.sqrt() / std::f64::consts::TAU)
     }
 
-    /// The joints with ripple, and its periods per turn.
+    /// The joints with ripple, each with its number of periods per turn.
     ///
-    /// Ripple is searched with the friction of equation (5) alone, since drift and load are correlated with it. The joint and
-    /// the number of periods that explain most are taken first. Then each joint is searched again with the other joints'
-    /// ripple included.
+    /// Ripple is searched with the friction of equation (5) only, because drift and load are correlated with it. First the joint
+    /// and the number of periods that explain most are taken, and so on. Then each joint is searched again, with the ripple of
+    /// the other joints included.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };
@@ -158,7 +158,7 @@ impl HarmonicData<'_> {
             left.push(y - known - dot(row, &fit.x));
             rows.push(row.to_vec());
         });
-        // Waves are projected onto the complement of the columns of the fit and of the other joints' waves.
+        // Ripple columns are made orthogonal to the columns of the fit and to the ripple columns of the other joints.
         let columns: Vec<Vec<f64>> = (0..fit.x.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
         let mut found: Vec<Option<Wave>> = vec![None; self.n];
         let look = |joint: usize, found: &[Option<Wave>]| {
@@ -167,7 +167,7 @@ impl HarmonicData<'_> {
             let basis = Basis::of(columns.iter().chain(others).cloned().collect());
             self.wave(joint, &fit, options, &basis, &left)
         };
-        // Forward selection by joint, the largest explained square first.
+        // Forward selection of joints: the joint with the largest explained sum of squares is first.
         for _ in 0..self.n {
             let open = (0..self.n).filter(|&j| found[j].is_none());
             let waves = open.filter_map(|j| Some((j, look(j, &found)?)));
@@ -176,7 +176,7 @@ impl HarmonicData<'_> {
             };
             found[joint] = Some(wave);
         }
-        // Each joint again, since the first ones were found without the ripple of the others.
+        // Each joint is searched again, because the first joints were found without the ripple of the others.
         for joint in 0..self.n {
             found[joint] = look(joint, &found);
         }
@@ -184,8 +184,8 @@ impl HarmonicData<'_> {
         found.iter().enumerate().filter_map(|(j, wave)| Some((j, wave.as_ref()?))).map(effect).collect()
     }
 
-    /// The ripple of a joint that explains most of the residual `left`, given the columns of `basis`; `None` where it is not
-    /// significant.
+    /// The ripple of a joint that explains most of the residual `left`, in addition to the columns of `basis`. `None` if it is
+    /// not significant.
     fn wave(
         &self,
         joint: usize,
@@ -208,7 +208,7 @@ impl HarmonicData<'_> {
         (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
-    /// The range of ripple periods per turn that the motion of a joint can excite.
+    /// The range of ripple periods per turn that the motion of a joint can make visible.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =
@@ -221,7 +221,7 @@ impl HarmonicData<'_> {
         least as usize..(most as usize + 1).max(least as usize)
     }
 
-    /// The columns of ripple of a joint, with the weights of the fit.
+    /// The columns of ripple of a joint over all rows, with the weights of the fit.
     fn wave_columns(&self, joint: usize, periods: f64, fit: &IterationState, rows: usize) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; rows]; Effect::Ripple { joint, periods }.columns()];
         let mut first = 0;
@@ -237,7 +237,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Ripple of one joint, and the weighted squares that it explains.
+/// Ripple of one joint, and the sum of weighted squares that it explains.
 #[derive(Clone)]
 struct Wave {
     periods: usize,

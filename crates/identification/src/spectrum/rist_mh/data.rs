@@ -8,24 +8,24 @@ use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
 use crate::spectrum::rist_mh::effects::Effect;
 
-/// The options of RIST-MH: unknowns other than parameters, and the choices of the search.
+/// The options of RIST-MH: the unknowns in addition to the parameters, and the choices of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
-    /// The frequency band.
+    /// The frequency band of the equations and of the motion.
     pub band: Band,
-    /// Candidate widths of the velocity interval in which the sign of friction changes, rad/s; BIC selects one.
+    /// Candidates for the velocity over which the sign of friction changes, rad/s. BIC selects one.
     pub rest_velocities: Vec<f64>,
-    /// Candidate Stribeck velocities, rad/s.
+    /// Candidates for the Stribeck velocity, rad/s. BIC selects one, or no Stribeck term.
     pub stribeck_velocities: Vec<f64>,
     /// Whether to try Coulomb friction that grows with the load.
     pub load: bool,
     /// Whether friction may drift from experiment to experiment.
     pub drift: bool,
-    /// Whether the weights contain the noise of the position and the residual of each joint.
+    /// Whether the weights also contain the noise of the position and the residual of each joint.
     pub weights: bool,
     /// Whether the motion may end in another position or velocity than it starts with.
     pub ends: bool,
-    /// Effects other than friction that are estimated too.
+    /// Effects other than friction that are estimated together with the parameters.
     pub effects: Vec<Effect>,
 }
 
@@ -44,15 +44,15 @@ impl Default for HarmonicOptions {
     }
 }
 
-/// Highest frequency of the equations where links are behind springs or gaps, Hz.
+/// Highest frequency of the equations if links are behind springs or gaps, Hz.
 ///
-/// Above it the motion of a link depends more on the deflection than on the motor. R3G with joints of 12 Hz has an error of
-/// 0.08 % with a chi^2 of 5; with equations up to 20 Hz, 0.19 % with 28. Joints of 15 and 25 Hz have errors of 0.14 and
-/// 0.10 %; with equations up to 20 Hz, 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
+/// At higher frequencies the motion of a link depends more on the deflection than on the motor. Errors of the parameters of R3G
+/// with elastic joints (`tests/benches/misfit.rs`, six draws): with joints of 12 Hz 0.08 % and a chi^2 of 5, and 0.19 % and 28
+/// with equations up to 20 Hz; with joints of 15 and 25 Hz 0.14 and 0.10 %, and 0.13 and 0.08 % with equations up to 20 Hz.
 const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {
-    /// The options with additional effects; with springs and gaps the equations have a lower highest frequency.
+    /// A copy with additional effects. With springs and gaps the highest frequency of the equations is lowered.
     pub fn with_effects(mut self, effects: Vec<Effect>) -> HarmonicOptions {
         if effects.iter().any(|e| matches!(e, Effect::Elastic { .. } | Effect::Play { .. })) {
             self.band.equations = self.band.equations.min(MAX_YIELDING_FREQUENCY_HZ);
@@ -61,7 +61,7 @@ impl HarmonicOptions {
         self
     }
 
-    /// The options with friction of equation (5) only, without drift, and weights by the torque noise.
+    /// The simplest options: friction of equation (5) only, no drift, and weights from the torque noise.
     pub fn plain() -> HarmonicOptions {
         HarmonicOptions {
             rest_velocities: vec![0.005],
@@ -75,7 +75,7 @@ impl HarmonicOptions {
     }
 }
 
-/// The spectra of the experiments, computed once.
+/// The spectra of all experiments, which are computed once.
 #[derive(Clone)]
 pub struct HarmonicData<'a> {
     pub(crate) regressor: &'a dyn Regressor,
@@ -84,15 +84,15 @@ pub struct HarmonicData<'a> {
     pub(crate) p: usize,
     pub(crate) n: usize,
     pub(crate) spectra: Vec<JointSpectrum>,
-    /// The gravity rows of each sweep, in the unit of the currents.
+    /// The gravity rows of each sweep, in the unit of currents.
     pub(crate) sweeps: Vec<EquationBlock>,
-    /// By sweep, the column of a spring of 1 N m/rad in these rows.
+    /// For each sweep, the column of a spring of 1 N m/rad in its gravity rows.
     pub(crate) swept_springs: Vec<Vec<f64>>,
     pub(crate) noise: NoiseLevels,
-    /// The noise of the harmonics of the equations.
+    /// The noise of the harmonics that the equations use.
     pub(crate) noise_of_band: NoiseLevels,
     pub(crate) gain: Vec<f64>,
-    /// The effects of the fit, and their columns: `[spectrum][row][column]`, N m per unit.
+    /// The effects of the fit, and their columns `effect_rows[spectrum][row][column]`, N m per unit.
     pub(crate) effects: Vec<Effect>,
     pub(crate) effect_rows: Vec<Vec<Vec<f64>>>,
 }

@@ -10,38 +10,38 @@
 //! | `Elastic` joint k | the links move by q_k = theta_k - c tau_k + b dtau_k/dt, theta_k measured at the motor | c = 1/K, rad/(N m); b = D/K^2, rad s/(N m), of a spring with damping D |
 //! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w): the torque holds the link at one side of its gap | b, rad |
 //!
-//! Delay, ripple and springs are linear; `yielding` linearises the other effects. tau = K s + D ds/dt gives s = c tau - b
-//! dtau/dt with a relative error of (w D/K)^2: 2e-4 for a spring of 12 Hz with 2 % of the critical damping in equations up
-//! to 10 Hz.
+//! Delay, ripple and springs are linear; `yielding` linearises the other effects. For a damped spring with deflection s, tau = K
+//! s + D ds/dt gives s = c tau - b dtau/dt with a relative error of (w D/K)^2 at the angular frequency w. This is 2e-4 for a
+//! spring of 12 Hz with 2 % of the critical damping in equations up to 10 Hz.
 
-/// An effect other than friction.
+/// An effect in the torques or positions, other than friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
-    /// The torques are logged late, or early.
+    /// The torques are logged with a delay (negative: early).
     Delay,
-    /// Torque and gain of a drive vary periodically with the angle of the joint.
+    /// Ripple: torque and gain of a drive vary periodically with the angle of the joint.
     Ripple {
         /// Index of the coordinate.
         joint: usize,
-        /// k: periods per turn (2 pi rad), or per 2 pi m of a prismatic joint.
+        /// The number k of periods per turn (2 pi rad), or per 2 pi m of a prismatic joint.
         periods: f64,
     },
-    /// A spring acts in parallel with the motor, as for gravity balancing.
+    /// A spring acts in parallel with the motor, for example to balance gravity.
     Spring {
         /// Index of the coordinate.
         joint: usize,
     },
-    /// The encoder has a sinusoidal error with one period per turn.
+    /// The encoder disc is eccentric: the encoder has a sinusoidal error with one period per turn.
     Eccentric {
         /// Index of the coordinate.
         joint: usize,
     },
-    /// The link is behind a spring, the encoder at the motor.
+    /// The joint is elastic: a spring is between motor and link, and the encoder is at the motor.
     Elastic {
         /// Index of the coordinate.
         joint: usize,
     },
-    /// The link is behind a gap, the encoder at the motor.
+    /// The joint has play: a gap is between motor and link, and the encoder is at the motor.
     Play {
         /// Index of the coordinate.
         joint: usize,
@@ -49,7 +49,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// Number of unknowns.
+    /// Number of unknowns of the effect, each with a column.
     pub fn columns(self) -> usize {
         match self {
             Effect::Ripple { .. } => 4,
@@ -58,7 +58,7 @@ impl Effect {
         }
     }
 
-    /// The joint whose link position differs from its encoder; `None` for other effects.
+    /// The joint, if the effect makes the position of its link differ from the encoder. `None` for other effects.
     pub(crate) fn moved(self) -> Option<usize> {
         match self {
             Effect::Elastic { joint } | Effect::Play { joint } | Effect::Eccentric { joint } => Some(joint),
@@ -66,7 +66,7 @@ impl Effect {
         }
     }
 
-    /// Whether its size is the first unknown alone, which is positive.
+    /// Whether the size of the effect is its first unknown only, which must be positive.
     pub(crate) fn is_positive(self) -> bool {
         matches!(self, Effect::Elastic { .. } | Effect::Play { .. } | Effect::Spring { .. })
     }
@@ -75,10 +75,10 @@ impl Effect {
 /// The estimated size of an effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectSize {
-    /// The effect.
+    /// The effect, with its joint.
     pub effect: Effect,
-    /// Values of its unknowns. A delay is in addition to the delay of the band.
+    /// Values of the unknowns of the effect. A delay is in addition to the delay of the band.
     pub values: Vec<f64>,
-    /// Standard deviations of the unknowns for the noise of the weights.
+    /// Standard deviations of the unknowns for the noise that the weights contain.
     pub deviations: Vec<f64>,
 }

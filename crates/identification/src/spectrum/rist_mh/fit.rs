@@ -1,8 +1,8 @@
-//! Gauss-Newton of RIST-MH for one shape of friction: rows, weights, drift.
+//! Gauss-Newton iteration of RIST-MH for one choice of friction columns (shape): rows, weights, drift.
 //!
-//! The model tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise is linearised about the present u and f: tau_ej + u C
-//! f = D_ej X + (1 + u) C f' + (C f) u'. An additional row with weight 1/s regularises each u' towards zero. `search`
-//! explains the method.
+//! The model of experiment e and joint j is tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise, u: drift, f: friction
+//! coefficients. It is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u' with the new f',
+//! u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -13,63 +13,63 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::layout::Layout;
 
-/// Largest number of steps of the evidence iteration, whose error halves in each step.
+/// Largest number of steps of the evidence iteration for s. Its error halves in each step.
 const DRIFT_ITERATIONS: usize = 12;
-/// A relative standard deviation of drifts below this counts as no drift.
+/// A relative standard deviation s of drifts below this counts as no drift.
 const SMALLEST_DRIFT_SIGMA: f64 = 2e-3;
-/// Initial relative standard deviation of drifts.
+/// Initial relative standard deviation s of drifts.
 const INITIAL_DRIFT_SIGMA: f64 = 0.1;
-/// The evidence iteration ends where the standard deviation changes by less than this, relative.
+/// The evidence iteration ends if s changes by less than this, relative.
 const SETTLED_DRIFT_CHANGE: f64 = 1e-3;
-/// Least number of drifts that the data determine, against division by zero.
+/// Least value for the number of drifts that the data determine, to prevent a division by zero.
 const LEAST_DETERMINED_DRIFTS: f64 = 1e-3;
-/// Least share of rows that count as degrees of freedom.
+/// Least share of the rows that counts as degrees of freedom.
 const LEAST_FREE_SHARE: f64 = 0.1;
 
-/// The joint and the cluster of an equation.
+/// The joint and the cluster to which an equation belongs.
 #[derive(Clone, Copy, Debug)]
 pub struct Owner {
-    /// The joint.
+    /// Index of the joint.
     pub joint: usize,
-    /// Index of the spectrum. Sweeps are counted after all spectra.
+    /// Index of the spectrum or sweep. Sweeps are counted after all spectra.
     pub cluster: usize,
 }
 
-/// A weighted equation in the unknowns of the fit, followed by the unknown gains.
+/// A weighted, linearised equation. Its unknowns are the unknowns of the fit, followed by the unknown gains.
 pub struct GainEquation {
-    /// Its joint and cluster; `None` for the row of an expected gain.
+    /// The joint and cluster of the equation. `None` for the row of an expected gain.
     pub owner: Option<Owner>,
-    /// The spectrum and its row. `None` for a sweep, and for a row that regularises an unknown.
+    /// Index of the spectrum, and of the row in it. `None` for a sweep, and for a row that regularises an unknown.
     pub place: Option<(usize, usize)>,
-    /// The coefficients.
+    /// The coefficient of each unknown.
     pub coefficients: Vec<f64>,
-    /// The right-hand side.
+    /// The right-hand side of the equation.
     pub right: f64,
 }
 
-/// The state of the iteration for one shape.
+/// The state of the iteration for one shape of friction.
 pub(crate) struct IterationState {
     pub shape: FrictionShape,
     /// Whether the motion may end in another state than it starts with.
     ends: bool,
-    /// Rows of the friction columns of each spectrum.
+    /// Friction columns of each spectrum: `friction[spectrum][row][column]`.
     friction: Vec<Vec<Vec<f64>>>,
     pub deviation: Vec<Vec<f64>>,
     pub x: Vec<f64>,
-    /// Positions of the unknowns in `x`.
+    /// Indices of the unknowns in `x`.
     pub layout: Layout,
     drift: Vec<f64>,
     spread: f64,
-    /// Weighted squares of the residual of each spectrum.
+    /// Sum of weighted squares of the residual of each spectrum.
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Effective number of unknowns: a drift counts by the share that the data determine.
+    /// Effective number of unknowns: each drift counts by the share that the data determine.
     effective: f64,
 }
 
 impl IterationState {
-    /// The converged fit for one shape; `deviation`: standard deviation of each row of each spectrum, N m.
+    /// Fits one shape of friction until convergence. `deviation`: standard deviation of each row of each spectrum, N m.
     pub(crate) fn new(
         data: &HarmonicData,
         shape: &FrictionShape,
@@ -91,7 +91,7 @@ impl IterationState {
             rows: 0,
             effective: 0.0,
         };
-        // The first fit has no drift u. It gives f, about which the drift is linearised.
+        // The first fit has no drift. It gives the f about which the drift is linearised.
         fit.solve(data);
         if options.drift {
             // The standard deviation s of the drifts is estimated until it converges or vanishes.
@@ -111,27 +111,27 @@ impl IterationState {
         self.spread >= SMALLEST_DRIFT_SIGMA
     }
 
-    /// Factor 1 + u of the friction of a spectrum.
+    /// The factor 1 + u of the friction of a spectrum.
     pub(crate) fn scale(&self, spectrum: usize) -> f64 {
         1.0 + self.drift[spectrum]
     }
 
-    /// Standard deviation s of the drifts; zero where there is no drift.
+    /// Standard deviation s of the drifts; zero without drift.
     pub(crate) fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
     }
 
-    /// BIC: chi^2 + (effective number of unknowns) ln(rows).
+    /// The Bayesian information criterion: chi^2 + (effective number of unknowns) ln(rows).
     pub(crate) fn criterion(&self) -> f64 {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
-    /// Degrees of freedom over the number of rows.
+    /// Degrees of freedom divided by the number of rows.
     pub(crate) fn free_share(&self) -> f64 {
         (1.0 - self.effective / self.rows.max(1) as f64).max(LEAST_FREE_SHARE)
     }
 
-    /// The standard deviations of the rows, scaled by joint to the residuals, N m.
+    /// The standard deviations of the rows, N m, scaled for each joint so that they agree with its residuals.
     pub(crate) fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = self.free_share();
         let factor = |joint: usize| {
@@ -146,13 +146,13 @@ impl IterationState {
         data.spectra.iter().zip(&self.deviation).map(scaled).collect()
     }
 
-    /// By spectrum, the sum of squared residuals over these standard deviations of the rows.
+    /// For each spectrum, the sum of squares of the residuals divided by these standard deviations of the rows.
     pub(crate) fn squares_by(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<f64> {
         let residuals = self.residuals(data, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
-    /// By spectrum, the residuals over these standard deviations of the rows.
+    /// For each spectrum, the residuals of the rows divided by these standard deviations.
     pub(crate) fn residuals(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -173,7 +173,7 @@ impl IterationState {
         data.spectra.iter().enumerate().map(of).collect()
     }
 
-    /// Positions of the unknowns of the present fit.
+    /// Indices of the unknowns of the present fit.
     pub(crate) fn layout_of(&self, data: &HarmonicData) -> Layout {
         Layout {
             base: data.p,
@@ -185,7 +185,7 @@ impl IterationState {
         }
     }
 
-    /// The linearised, weighted rows about the present friction and drift.
+    /// The triangle of the weighted rows, linearised about the present friction and drift.
     pub(crate) fn triangle(&self, data: &HarmonicData) -> Triangle {
         let mut block = TriangleBuilder::new(self.layout_of(data).unknowns());
         self.each_equation(data, |_, row, known, y| {
@@ -203,7 +203,7 @@ impl IterationState {
             take(owner, row, known, y);
             row.fill(0.0);
         };
-        // tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects, of each harmonic of each spectrum.
+        // Rows of each harmonic of each spectrum: tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects.
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
             let of_joint = at.friction(s.joint);
@@ -229,7 +229,7 @@ impl IterationState {
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
-        // Rows of gravity, without friction.
+        // Gravity rows, which have no friction columns.
         for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
@@ -244,7 +244,7 @@ impl IterationState {
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
-        // Row u' / s = 0 of each drift.
+        // One row u' / s = 0 for each drift.
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
@@ -253,9 +253,10 @@ impl IterationState {
         }
     }
 
-    /// The equations with the gains as unknowns, linearised about the present gains. Rows of expected gains are the last.
+    /// The equations with the gains as additional unknowns, linearised about the present gains. Rows of expected gains are last.
     ///
-    /// In currents a row is w k (I - m / k), where m is the torque of the model. Up to the residual, m equals k I.
+    /// In currents a row is w k (I - m / k), with the weight w, the gain k, the current I and the torque m of the model. Up to
+    /// the residual, m equals k I.
     pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
@@ -265,7 +266,7 @@ impl IterationState {
             let mut coefficients = row.to_vec();
             coefficients.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
             let row = count.get_mut(owner.cluster);
-            // Rows that regularise drifts come after the rows of all spectra.
+            // Rows that regularise drifts come after all rows of the spectra.
             let row = row.filter(|row| **row < data.spectra[owner.cluster].rows.len());
             let place = row.map(|row| (owner.cluster, std::mem::replace(row, *row + 1)));
             all.push(GainEquation { owner: Some(owner), place, coefficients, right: y - known });
@@ -280,7 +281,8 @@ impl IterationState {
         all
     }
 
-    /// One Gauss-Newton step and one step of the standard deviation of drifts; a vanishing drift is removed from the unknowns.
+    /// One Gauss-Newton step, and one step of the standard deviation s of drifts. If the drift vanishes, it is removed from the
+    /// unknowns.
     pub(crate) fn solve(&mut self, data: &HarmonicData) {
         self.step(data);
         if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {

@@ -1,13 +1,13 @@
-//! Drive gains by RIST-MH: friction and its drift are chosen as with known gains, and the gains are estimated as in
+//! Drive gains by RIST-MH. Friction and its drift are chosen as for known gains, and the gains are estimated by
 //! `estimators::drive_gains`.
 //!
-//! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. These rows,
-//! with friction, drift and ends projected out, give new gains. The initial gains use friction of equation (5). The
-//! iteration ends when the choice of friction is unchanged and no gain changes by more than a hundredth of its standard
-//! deviation, which is below the printed digits.
+//! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. From these rows,
+//! friction, drift and ends are eliminated, and the remaining equations give new gains. The initial gains are found with
+//! friction of equation (5). The iteration ends if the choice of friction is unchanged and no gain changes by more than a
+//! hundredth of its standard deviation, which is below the printed digits.
 //!
-//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..). Except for u, its right-hand side is
-//! proportional to k: with D and t times k it is the row in currents for `estimators::drive_gains`.
+//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: gain, I: current. Except for u, its
+//! right-hand side is proportional to k: with D and t times k it is the row in currents for `estimators::drive_gains`.
 
 use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
@@ -18,33 +18,33 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{IterationState, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// Gains and parameters, and the friction that was chosen with them.
+/// The estimated gains and parameters, and the friction that was chosen with them.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
-    /// Gains and parameters with their standard deviations.
+    /// The gains and parameters with their standard deviations.
     pub gains: DriveGains,
-    /// Their equations, with friction projected out.
+    /// The equations from which they were estimated, after elimination of friction.
     pub equations: Vec<JointEquations>,
-    /// The estimate with the friction of these equations, with the gains of the previous round. After convergence no gain
-    /// changed by more than a hundredth of its standard deviation. `None` where the gains are not determined or not
+    /// The estimate that gives the friction of these equations, made with the gains of the previous round. After convergence no
+    /// gain has changed by more than a hundredth of its standard deviation. `None` if the gains are not determined or not
     /// positive; the friction is then that of equation (5).
     pub friction: Option<HarmonicEstimate>,
-    /// Number of rounds; `None` where the iteration did not converge.
+    /// Number of rounds of the iteration. `None` if it did not converge.
     pub rounds: Option<usize>,
 }
 
-/// Largest number of choices of the friction.
+/// Largest number of rounds, each with a choice of friction.
 const MAX_FRICTION_CHOICES: usize = 8;
 /// Largest change of a gain after convergence, in its standard deviations.
 const SETTLED_GAIN_CHANGE_SIGMAS: f64 = 0.01;
 
 impl HarmonicData<'_> {
-    /// Estimates the gains where not all are known. Afterwards the data contain the gains with which the friction was
-    /// chosen, so that residuals belong to that fit.
+    /// Estimates the gains if not all are known. Afterwards the data contain the gains with which the friction was chosen, so
+    /// that residuals belong to that fit.
     ///
-    /// Fails where [`drive_gains`] fails.
+    /// Fails if [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
-        // Initial gains: with friction of equation (5) in every joint, and no drift.
+        // The initial gains are found with friction of equation (5) in every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = IterationState::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self);
@@ -52,13 +52,13 @@ impl HarmonicData<'_> {
         fit.deviations_by_frequency(self, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..MAX_FRICTION_CHOICES {
-            // Torques need positive gains; without them no friction can be chosen.
+            // Torques need positive gains. Otherwise no friction can be chosen.
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
                 found.friction = None;
                 break;
             }
-            // Friction, drift and weights from the present gains, then new gains from these rows.
+            // Friction, drift and weights are found with the present gains, and then new gains from these rows.
             self.gain = found.gains.gain.clone();
             let Some(fit) = self.fitted(options) else { break };
             let equations = fit.current_equations(self);
@@ -84,7 +84,7 @@ impl HarmonicData<'_> {
 }
 
 impl IterationState {
-    /// The equations of each joint in currents, with all unknowns except the parameters projected out.
+    /// The equations of each joint in currents, after elimination of all unknowns except the parameters.
     fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];

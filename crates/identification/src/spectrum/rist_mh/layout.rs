@@ -1,14 +1,14 @@
-//! Order of the unknowns of RIST-MH.
+//! The order of the unknowns of RIST-MH in one vector, for s spectra and n joints.
 //!
 //! ```text
 //! [ X | f_1 .. f_n | u_1 .. u_s | ends of 1 .. s | effects ]
 //! ```
-//! X: base parameters; f_j: friction coefficients of joint j; u_e: drift of spectrum e, where there is drift; two ends per
-//! spectrum, where the motion need not repeat; effects: ripple, springs, backlash, delay.
+//! X: base parameters; f_j: friction coefficients of joint j; u_e: drift of spectrum e, if there is drift; two ends per
+//! spectrum, if the motion need not repeat; effects: delay, ripple, springs, eccentric encoders, elastic joints, play.
 
 use std::ops::Range;
 
-/// The numbers of unknowns of each kind, from which their index ranges follow.
+/// The number of unknowns of each kind. Their index ranges follow from these numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Number of base parameters.
@@ -17,50 +17,50 @@ pub struct Layout {
     pub joints: usize,
     /// Number of friction coefficients per joint.
     pub friction_of_joint: usize,
-    /// Number of drifts: one per spectrum, or 0.
+    /// Number of drifts: one per spectrum, or 0 without drift.
     pub drift_count: usize,
-    /// Number of spectra with ends: all, or 0.
+    /// Number of spectra with ends: all, or 0 if the motion repeats.
     pub ended_spectra: usize,
     /// Number of columns of all effects.
     pub effect_columns: usize,
 }
 
 impl Layout {
-    /// Indices of X.
+    /// Indices of the base parameters X.
     pub fn parameters(&self) -> Range<usize> {
         0..self.base
     }
 
-    /// Indices of f_j.
+    /// Indices of the friction coefficients f_j of a joint.
     pub fn friction(&self, joint: usize) -> Range<usize> {
         let first = self.base + joint * self.friction_of_joint;
         first..first + self.friction_of_joint
     }
 
-    /// Indices of X and all f_j.
+    /// Indices of the base parameters X and all friction coefficients f_j.
     pub fn parameters_and_friction(&self) -> Range<usize> {
         0..self.base + self.joints * self.friction_of_joint
     }
 
-    /// Indices of all u_e.
+    /// Indices of all drifts u_e.
     pub fn drifts(&self) -> Range<usize> {
         let first = self.parameters_and_friction().end;
         first..first + self.drift_count
     }
 
-    /// Indices of the two ends of a spectrum.
+    /// Indices of the two ends of a spectrum (jumps of velocity and position).
     pub fn ends(&self, spectrum: usize) -> Range<usize> {
         let first = self.drifts().end + 2 * spectrum;
         first..first + 2
     }
 
-    /// Indices of the effects, in their order.
+    /// Indices of the unknowns of all effects, in the order of the effects.
     pub fn effects(&self) -> Range<usize> {
         let first = self.drifts().end + 2 * self.ended_spectra;
         first..first + self.effect_columns
     }
 
-    /// Number of unknowns.
+    /// Number of all unknowns.
     pub fn unknowns(&self) -> usize {
         self.effects().end
     }

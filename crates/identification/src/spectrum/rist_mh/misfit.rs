@@ -1,21 +1,22 @@
-//! Whether the model explains the experiments, and cluster-robust standard deviations where it does not.
+//! Whether the model explains the experiments, and cluster-robust standard deviations if it does not.
 //!
-//! The noise of torque and position is measured from the scatter between periods, before any fit, at the harmonics of the
-//! equations: chatter of a controller above them would hide errors of the model. With this noise
+//! The noise of torque and position is measured from the scatter between periods, before any fit. Only the harmonics of the
+//! equations are used, because chatter of a controller at higher frequencies would hide errors of the model. With this noise
 //!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
-//! is at most about 2 where the model contains every effect in the torques. Flexible joints, play, ripple, late torques
+//! is at most about 2 if the model contains every effect in the torques. Elastic joints, play, ripple, late torques
 //! and another friction law repeat from period to period. So they do not raise the scatter between periods, but they raise
 //! chi^2.
 //!
-//! The residual is then not noise. Each experiment and joint counts as one draw of it (a cluster g):
+//! If chi^2 is large, the residual is not noise. Then each experiment and joint counts as one draw of it (a cluster g):
 //!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
-//! with A = sum_g A_g of the parameters and the friction. The unknowns of one experiment alone (drift, ends) are
-//! projected out of its rows first. k is 19/20, as for the blocks of a log (`estimators::replicate_deviation`), so that
-//! a direction that one experiment alone shows keeps a value.
+//! A_g = W_g' W_g and rho_g belong to the rows of cluster g, A = sum_g A_g, in the columns of the parameters and the friction;
+//! G: number of clusters. The unknowns of a single experiment (drift, ends) are eliminated from its rows first. k is 19/20, as
+//! for the blocks of a log (`estimators::replicate_deviation`), so that a direction that only one experiment determines keeps a
+//! value.
 //!
 //! a grows with chi^2 / freedom of the joint with the largest value. It is 0 up to `NOISE_CHI_SQUARE` and 1 from
 //! `LACKING_MODEL_CHI_SQUARE` on, so that an interval is a continuous function of chi^2. Each joint is evaluated separately,
-//! because chatter of the other joints would hide its share of the total.
+//! because chatter of other joints would hide its contribution to the total.
 
 use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -26,40 +27,40 @@ use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::fit::IterationState;
 
-/// k: the share of a cluster that is subtracted from A.
+/// The k of the module: the share of a cluster that is subtracted from A.
 const CLUSTER_LEVERAGE_SHARE: f64 = 0.95;
 
-/// The misfit of the model to the experiments.
+/// The misfit between the model and the experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
-    /// chi^2 per freedom of each joint with the measured noise; infinite where no noise was measured.
+    /// chi^2 per degree of freedom of each joint, with the measured noise. Infinite if no noise was measured.
     pub joints: Vec<f64>,
-    /// chi^2 per freedom of all joints.
+    /// chi^2 per degree of freedom of all joints together.
     pub total: f64,
-    /// chi^2 of all rows.
+    /// chi^2 of all rows, with the measured noise.
     pub chi_square: f64,
     /// Degrees of freedom of all rows.
     pub freedom: f64,
-    /// Standard deviations of parameters and friction with experiments as clusters, zero where there are too few; empty where
-    /// noise explains the residual of every joint.
+    /// Standard deviations of parameters and friction with experiments as clusters; zero if there are too few. Empty if noise
+    /// explains the residual of every joint.
     pub by_experiment: Vec<f64>,
-    /// Standard deviations of the unknown drive gains with experiments as clusters, N m per unit of current, one per joint;
-    /// zero for known gains.
+    /// Standard deviations of the drive gains with experiments as clusters, N m per unit of current, one per joint; zero for
+    /// known gains.
     pub gains_by_experiment: Vec<f64>,
 }
 
 impl Misfit {
-    /// Whether the model lacks an effect; `false` where no noise was measured.
+    /// Whether the model lacks an effect. False if no noise was measured.
     pub fn is_lacking(&self) -> bool {
         self.total.is_finite() && self.total > LACKING_MODEL_CHI_SQUARE
     }
 
-    /// Whether the residual exceeds the noise; `false` where no noise was measured.
+    /// Whether the residual exceeds the noise. False if no noise was measured.
     pub fn is_beyond_noise(&self) -> bool {
         self.total.is_finite() && self.total > NOISE_CHI_SQUARE
     }
 
-    /// The factor a: 0 where noise explains the residual, 1 where the model lacks an effect.
+    /// The factor a of the module: 0 if noise explains the residual, 1 if the model lacks an effect.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -68,14 +69,14 @@ impl Misfit {
 }
 
 impl HarmonicData<'_> {
-    /// The misfit of a converged fit; `gains`: empty where all are known.
+    /// The misfit of a converged fit. `gains`: prior knowledge of the gains; empty if all are known.
     pub(crate) fn misfit(&self, fit: &IterationState, gains: &[Gain]) -> Misfit {
         let mut misfit = self.residual_squares(fit);
         let beyond = misfit.beyond_noise();
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown of a gain is its change from the present value: zero.
+            // The unknown of a gain is its change from the present value, which is zero.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
@@ -87,8 +88,8 @@ impl HarmonicData<'_> {
         misfit
     }
 
-    /// By experiment, the unknowns `x` with parameters, friction and effects from all other experiments, with the weights and
-    /// the linearisation of the whole fit; empty where there is one experiment.
+    /// For each experiment, the unknowns `x` with parameters, friction and effects estimated from all other experiments. Weights
+    /// and linearisation are those of the whole fit. Empty if there is only one experiment.
     pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
         let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
@@ -106,7 +107,7 @@ impl HarmonicData<'_> {
         if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
-    /// The misfit with chi^2 only, without standard deviations.
+    /// The misfit with chi^2 only, without the standard deviations.
     pub(crate) fn residual_squares(&self, fit: &IterationState) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, &noise);
@@ -124,7 +125,8 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Standard deviations of the unknowns `x` from clusters, each given by the triangle of its rows in the shared columns.
+/// Standard deviations of the unknowns `x` from clusters. Each cluster is given by the triangle of its rows in the shared
+/// columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -137,18 +139,18 @@ fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
 }
 
 impl IterationState {
-    /// Columns of unknowns that experiments share: parameters, friction and effects.
+    /// Columns of the shared unknowns, which are common to all experiments: parameters, friction and effects.
     fn shared_columns(&self) -> Vec<usize> {
         self.layout.parameters_and_friction().chain(self.layout.effects()).collect()
     }
 
-    /// The unknowns that experiments share.
+    /// The values of the shared unknowns.
     fn shared(&self) -> Vec<f64> {
         self.shared_columns().iter().map(|&c| self.x[c]).collect()
     }
 
-    /// The triangle of each spectrum in the shared columns, with its own columns projected out, then the triangles of the
-    /// gravity rows and of the expected gains. An unknown gain is a column after the shared ones.
+    /// The triangle of each spectrum in the shared columns, after elimination of its own columns. Then follow the triangles of
+    /// the gravity rows and of the expected gains. An unknown gain is a column after the shared columns.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();
@@ -167,7 +169,7 @@ impl IterationState {
     }
 }
 
-/// The triangle of the columns `kept`, after projection of the columns `out`.
+/// The triangle of the columns `kept`, after elimination of the columns `out`.
 fn projected(rows: &[(Vec<f64>, f64)], out: &[usize], kept: &[usize]) -> Triangle {
     let own: Vec<usize> = out.iter().copied().filter(|&c| rows.iter().any(|(row, _)| row[c] != 0.0)).collect();
     let order: Vec<usize> = own.iter().chain(kept).copied().collect();

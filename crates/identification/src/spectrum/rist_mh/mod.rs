@@ -1,4 +1,4 @@
-//! RIST-MH: least squares on all harmonics, with friction as nuisance.
+//! RIST-MH: least squares on all harmonics, with friction coefficients as nuisance parameters.
 
 pub mod cause;
 pub mod data;

@@ -1,8 +1,8 @@
-//! Standard deviations of gains and parameters where the noise of a joint depends on frequency.
+//! Standard deviations of gains and parameters if the noise of a joint depends on frequency.
 //!
-//! Encoder noise causes torques through the controller, and the motion of the joint follows slow torques more than fast ones.
-//! The weights of `fit` have one scale per joint. With these weights alone the standard deviations of gains, which depend on
-//! the slow rows, are up to 1.5 times as large as their errors. Here
+//! Encoder noise causes torques through the controller, and the joint follows slow torques more than fast torques. The weights
+//! of `fit` have one scale per joint. With these weights alone, the standard deviations of gains, which depend on the slow rows,
+//! are up to 1.5 times as large as their errors. Here
 //!
 //! ```text
 //! E z^2 = (1 - h) exp(a + b u)                                   z: residual over the deviation of its weight
@@ -20,23 +20,23 @@ use crate::spectrum::rist_mh::fit::{GainEquation, IterationState};
 
 /// Largest number of steps of Fisher scoring, far more than needed.
 const MAX_SCORING_STEPS: usize = 30;
-/// The iteration ends where a step of Fisher scoring is smaller than this.
+/// The iteration ends if a step of Fisher scoring is smaller than this.
 const SETTLED_SCORING_STEP: f64 = 1e-6;
-/// Relative determinant of the information below which b is not identifiable.
+/// If the relative determinant of the information matrix is below this, b is not identifiable.
 const SMALLEST_RELATIVE_DETERMINANT: f64 = 1e-9;
 
-/// A row from which the scale of the noise is estimated.
+/// A row from which a and b of its joint are estimated.
 struct NoiseRow {
-    /// Its frequency in octaves, log2(1 + f / f_1).
+    /// The frequency of the row in octaves, log2(1 + f / f_1).
     u: f64,
-    /// z^2.
+    /// The squared normalised residual z^2.
     square: f64,
-    /// 1 - h.
+    /// 1 - h, h: leverage of the row.
     free: f64,
 }
 
 impl IterationState {
-    /// Sets the standard deviations of gains and parameters of this fit, by the equations of this module.
+    /// Sets the standard deviations of the gains and parameters `found` by this fit, by the equations of this module.
     pub(crate) fn deviations_by_frequency(&self, data: &HarmonicData, known: &[Gain], found: &mut DriveGains) {
         let rows = self.gain_equations(data, known);
         let width = rows.first().map_or(0, |row| row.coefficients.len());
@@ -59,7 +59,7 @@ impl IterationState {
         free.zip(self.x.len()..).for_each(|(j, c)| found.gain_deviation[j] = deviation(c));
     }
 
-    /// Variance factor exp(a + b u) of each row of each spectrum.
+    /// The variance factor exp(a + b u) of each row of each spectrum.
     fn scales(&self, data: &HarmonicData, rows: &[GainEquation], solution: &Solution) -> Vec<Vec<f64>> {
         let residuals = self.residuals(data, &self.deviation);
         let moving = data.spectra.iter().flat_map(|s| &s.frequency).filter(|f| **f > 0.0);
@@ -78,18 +78,18 @@ impl IterationState {
     }
 }
 
-/// Leverage d' A^-1 d of a row d.
+/// The leverage h = d' A^-1 d of a weighted row d.
 fn leverage(row: &[f64], solution: &Solution) -> f64 {
     let live: Vec<usize> = (0..row.len()).filter(|&c| row[c] != 0.0).collect();
     let along = |a: usize| live.iter().map(|&b| solution.inverse[(a, b)] * row[b]).sum::<f64>();
     live.iter().map(|&a| row[a] * along(a)).sum()
 }
 
-/// (a, b) of E z^2 = (1 - h) exp(a + b u), by Fisher scoring:
+/// Estimates (a, b) of E z^2 = (1 - h) exp(a + b u) by Fisher scoring, the solution of
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///
-/// b is 0 where all rows have one frequency. Both are 0 where there is no noise.
+/// b is 0 if all rows have the same frequency. Both are 0 without noise.
 fn log_linear(rows: &[NoiseRow]) -> [f64; 2] {
     let free: f64 = rows.iter().map(|row| row.free).sum();
     let squares: f64 = rows.iter().map(|row| row.square).sum();
@@ -110,7 +110,7 @@ fn log_linear(rows: &[NoiseRow]) -> [f64; 2] {
             break;
         }
         let step = [(suu * score[0] - su * score[1]) / determinant, (n * score[1] - su * score[0]) / determinant];
-        // Steps are limited to 1, a factor of e.
+        // Each step is limited to 1, which is a factor of e.
         let length = 1.0 / step.iter().fold(1.0_f64, |most, s| most.max(s.abs()));
         found = [found[0] + length * step[0], found[1] + length * step[1]];
         if step.iter().all(|s| s.abs() < SETTLED_SCORING_STEP) {
@@ -145,7 +145,7 @@ mod tests {
                 }
             }
             for k in 0..2 {
-                // Three standard errors of the mean, and the bias of a logarithm of 150 squares, about 2 / 150.
+                // The bound is three standard errors of the mean, plus the bias of a logarithm of 150 squares, about 2 / 150.
                 let error = squares[k].sqrt();
                 let allowed = 3.0 * error / f64::from(draws).sqrt() + 1.0 / 75.0;
                 assert!((sum[k] - law[k]).abs() < allowed, "{sum:?} {law:?}");

@@ -1,20 +1,21 @@
-//! RIST-MH: the paper's experiments, all harmonics, both quadratures, friction as nuisance.
+//! RIST-MH: identification from the experiments of the paper, with all harmonics, real and imaginary part, and friction as
+//! nuisance.
 //!
-//! Weighted least squares on the rows of `harmonics` and the gravity rows (13). The unknowns are X and, for each joint, the
-//! coefficients f_j of its friction columns:
+//! Weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The unknowns are X
+//! and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of a joint's friction from experiment to experiment (temperature, grease). Its standard deviation s is
-//! estimated too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration], so drift adds no uncertainty
-//! where there is none. Gauss-Newton linearises the product u f. The weights first contain the noise of torque and
-//! position, measured from the scatter between periods, and then the residual of each joint.
+//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated
+//! too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. So drift adds no uncertainty if there is
+//! none. Gauss-Newton linearises the product u f. The weights first contain the noise of torque and position, measured from the
+//! scatter between periods, and then the residual of each joint.
 //!
-//! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than it starts
-//! with. Each difference adds a column of known shape to the rows of each joint, and both are nuisance too.
+//! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
+//! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance.
 //!
-//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The orthogonality of the paper is
-//! not needed here: friction is in the model, and its many harmonics make it separable.
+//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The orthogonality of the paper is not
+//! needed here: friction is in the model, and its many harmonics distinguish it from other torques.
 
 use linear_model::friction::periodic::FrictionShape;
 use linear_model::regressor::Regressor;
@@ -31,52 +32,53 @@ use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::layout::Layout;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Largest number of rounds of the linearisation of springs and gaps.
+/// Largest number of rounds of the linearisation about the sizes of springs and gaps.
 const MAX_YIELDING_ROUNDS: usize = 12;
-/// The rounds end where the sizes of springs and gaps change by less than this, relative.
+/// The rounds end if the sizes of springs and gaps change by less than this, relative.
 const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 
 /// The result of RIST-MH: parameters, friction and misfit.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order of `layout`; `inverse`: covariance for the noise of the weights.
+    /// All unknowns, in the order of `layout`. Its `inverse` is the covariance for the noise that the weights contain.
     pub solution: Solution,
-    /// Order of the unknowns.
+    /// The index ranges of the unknowns.
     pub layout: Layout,
-    /// By experiment, all unknowns, with shared ones from the other experiments; empty where there is one experiment.
+    /// For each experiment, all unknowns, where the shared unknowns are estimated from the other experiments. Empty if there is
+    /// only one.
     pub left_out: Vec<Vec<f64>>,
-    /// The friction columns that BIC selected.
+    /// The shape of friction that BIC selected.
     pub shape: FrictionShape,
     /// Standard deviation s of the drift, relative to friction.
     pub drift_spread: f64,
-    /// The estimated effects, the last unknowns.
+    /// The estimated effects other than friction, which are the last unknowns.
     pub effects: Vec<EffectSize>,
-    /// The misfit with the measured noise, independent of the weights.
+    /// The misfit with the measured noise. It does not depend on the weights.
     pub misfit: Misfit,
-    /// The effect that the model most likely lacks; `None` where it lacks none, or where no single effect explains it.
+    /// The effect that the model most likely lacks. `None` if it lacks none, or if no single effect explains the misfit.
     pub cause: Option<Cause>,
 }
 
 impl HarmonicEstimate {
-    /// Delay in addition to the delay of the band, s; `None` where it was not estimated.
+    /// The delay of the torques in addition to the delay of the band, s. `None` if it was not estimated.
     pub fn delay(&self) -> Option<f64> {
         let found = self.effects.iter().find(|e| e.effect == Effect::Delay)?;
         found.values.first().copied()
     }
 
-    /// The base parameters.
+    /// The values of the base parameters.
     pub fn values(&self) -> &[f64] {
         &self.solution.x[self.layout.parameters()]
     }
 
-    /// Standard deviations of the base parameters for the noise of the weights.
+    /// Standard deviations of the base parameters for the noise that the weights contain.
     pub fn deviations(&self) -> Vec<f64> {
         self.layout.parameters().map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
-    /// Standard deviation of parameter or friction coefficient i by effects that the model lacks; zero where it lacks none.
+    /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if it lacks none.
     ///
-    /// It combines the standard deviation with experiments as clusters and the shift by a named cause.
+    /// It combines the standard deviation with experiments as clusters and the change by a named cause.
     pub fn lacked(&self, i: usize) -> f64 {
         let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
         by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
@@ -84,7 +86,7 @@ impl HarmonicEstimate {
 }
 
 impl<'a> HarmonicData<'a> {
-    /// The data of experiments. `gain`: N m per unit of the recorded currents; `noise`: of one sample.
+    /// Computes the data from experiments. `gain`: N m per unit of the recorded currents; `noise`: noise of a single sample.
     pub fn new(
         experiments: &[SpectralExperiment],
         regressor: &'a dyn Regressor,
@@ -99,7 +101,7 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // The rows are linear in the torque: with positions in its place they give the column of a spring.
+        // The rows are linear in the torque: with the positions in its place, they give the column of a spring.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
@@ -123,14 +125,14 @@ impl<'a> HarmonicData<'a> {
         &self.spectra
     }
 
-    /// The estimate with the best of the friction shapes; `None` without equations.
+    /// The estimate with the best shape of friction. `None` without equations.
     ///
-    /// The rest velocity is chosen for equation (5), then load and Stribeck terms, then the rest velocity again if there are
+    /// The rest velocity is chosen with equation (5), then load and Stribeck terms, then the rest velocity again if there are
     /// such terms.
     ///
-    /// Afterwards the data contain the columns of the effects, and the motion of links behind springs and gaps. With the
-    /// first choice of friction the sizes of springs and gaps are iterated to convergence. Then friction is chosen again,
-    /// and the sizes are iterated again.
+    /// Afterwards the data contain the columns of the effects, and the motion of links behind springs and gaps. With the first
+    /// choice of friction, the sizes of springs and gaps are iterated to convergence. Then friction is chosen again, and the
+    /// sizes are iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
         let best = self.fitted(options)?;
         let mut found = self.finished(&best, &[]);
@@ -138,7 +140,7 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Searches the cause where the residual exceeds the noise; a named cause explains at least half of the excess.
+    /// Searches for the cause if the residual exceeds the noise. A named cause explains at least half of the excess.
     pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &IterationState, options: &HarmonicOptions) {
         if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);
@@ -174,7 +176,7 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The fit with the best shape by BIC, with calibrated weights; `None` without shapes.
+    /// The fit with the best shape by BIC, with calibrated weights. `None` if there is no shape to try.
     pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<IterationState> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
@@ -194,7 +196,7 @@ impl<'a> HarmonicData<'a> {
             }
             let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
             if options.weights && tried.len() == options.rest_velocities.len() {
-                // Further terms are compared with the weights of the best rest velocity.
+                // Additional terms are compared with the weights of the best rest velocity.
                 let again = best.calibrated(self);
                 let shape = best.shape;
                 deviation = again;

@@ -1,13 +1,14 @@
 //! The columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
-//! Delay, ripple and springs in parallel with the motor are linear. For the other effects Y(q) X is linearised about the
-//! present size u of each,
+//! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For the other effects Y(q) X is linearised
+//! about the present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
-//! where e_k is the deflection of the joint per unit of u. An elastic joint has two e_k: its torque, and the rate of its
-//! torque for its damping. s is a small step. The fit is repeated until u' equals u (`search`). tau_k is the torque after
-//! the friction of the motor. Where the joint moves, it is the torque of the drive minus the friction of the fit. Where
-//! the joint is locked, friction is unknown, and it is Y_k(q) X. Here a spring transmits all of the model's torque, so an
-//! estimated rotor inertia is on the link side of the spring, unlike in the robot.
+//! where theta is the position of the motors, q = theta - u e the position of the links, e_k the deflection of joint k per unit
+//! of u, u' the new size, and s a small step. An elastic joint has two e_k: its torque, and for its damping the rate of its
+//! torque. The fit is repeated until u' equals u (`search`). tau_k is the torque after the friction of the motor: if the joint
+//! moves, the torque of the drive minus the friction of the fit; if the joint is locked, its friction is unknown, and tau_k is
+//! Y_k(q) X. The spring here transmits the whole torque of the model. So an estimated rotor inertia is on the link side of the
+//! spring, unlike in the robot.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use numerics::fourier::harmonic_derivatives;
@@ -17,10 +18,10 @@ use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::fit::IterationState;
 
-/// Largest deflection of a joint by the step of a difference, rad: far above rounding, and small enough for linearity.
+/// Largest deflection of a joint for a finite difference, rad: far above rounding, and small enough for linearity.
 const LARGEST_DIFFERENCE_STEP_RAD: f64 = 1e-5;
 
-/// Torque at which a link crosses its gap, over the rms torque.
+/// Torque at which a link crosses its gap, relative to the rms torque.
 const GAP_CROSSING_TORQUE_SHARE: f64 = 0.1;
 
 impl HarmonicData<'_> {
@@ -29,16 +30,16 @@ impl HarmonicData<'_> {
         self.effects.iter().map(|e| e.columns()).sum()
     }
 
-    /// Whether the positions of links differ from the encoders.
+    /// Whether an effect makes the positions of links differ from the encoders.
     pub(crate) fn has_yielding(&self) -> bool {
         self.effects.iter().any(|e| e.moved().is_some())
     }
 
-    /// Sets the effects and their columns from the record. Columns of springs and gaps are zero until
+    /// Sets the effects and computes their columns from the record. Columns of springs and gaps are zero until
     /// [`HarmonicData::yield_by`].
     pub(crate) fn lay(&mut self, effects: &[Effect]) {
         if self.has_yielding() {
-            // Reset: the links move with the motors.
+            // Reset to rigid joints: the links move with the motors.
             for (experiment, motion) in self.motions.iter().enumerate() {
                 let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else {
                     continue;
@@ -51,7 +52,7 @@ impl HarmonicData<'_> {
         self.effect_rows = self.spectra.iter().map(|s| self.record_columns(s)).collect();
     }
 
-    /// The effect columns of a spectrum, `[row][column]`, N m per unit.
+    /// The columns of the effects of a spectrum, `[row][column]`, N m per unit.
     fn record_columns(&self, s: &JointSpectrum) -> Vec<Vec<f64>> {
         let gain = self.gain[s.joint];
         let mut rows = vec![Vec::with_capacity(self.effect_columns()); s.rows.len()];
@@ -70,7 +71,7 @@ impl HarmonicData<'_> {
         rows
     }
 
-    /// Moves the links by the fitted springs and gaps, and linearises the columns at that motion.
+    /// Sets the motion of the links from the fitted springs and gaps, and linearises the columns about this motion.
     pub(crate) fn yield_by(&mut self, fit: &IterationState) {
         let sizes = fit.x[fit.layout.effects()].to_vec();
         let motions = std::mem::take(&mut self.motions);
@@ -84,11 +85,11 @@ impl HarmonicData<'_> {
 
     fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &IterationState) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
-        // X with the known load of this experiment.
+        // The parameters X with the known load of this experiment.
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
-        // Motion of the links, q = theta - u e, with u the size of each spring or gap.
+        // The motion of the links, q = theta - u e, u: size of each spring or gap.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {
@@ -101,7 +102,7 @@ impl HarmonicData<'_> {
         let torque = |columns: &[Vec<f64>]| -> Vec<f64> {
             (0..links.len()).map(|i| columns.iter().zip(&total).map(|(c, x)| c[i] * x).sum()).collect()
         };
-        // C_j = [Y_j(q - s e_k) - Y_j(q)] X / s, about the motion of the links.
+        // C_j = [Y_j(q - s e_k) - Y_j(q)] X / s at the motion of the links.
         let at: Vec<Vec<f64>> = columns.iter().map(|c| torque(c)).collect();
         let mut slopes: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
         for (column, _, e) in &yields {
@@ -112,7 +113,7 @@ impl HarmonicData<'_> {
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
             slopes.push((*column, (0..self.n).map(slope).collect()));
         }
-        // Rows with the motion of the links, with C as the column of the effect and -C u on the known side.
+        // The rows get the motion of the links, C as the column of the effect, and -C u in the known torque.
         for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
         {
             s.take_columns(&columns[s.joint]);
@@ -126,7 +127,8 @@ impl HarmonicData<'_> {
         }
     }
 
-    /// For each spring, gap and eccentric encoder: the column, the joint, and its deflection per unit of size at each sample.
+    /// For each unknown of an elastic joint, a gap or an eccentric encoder: its column, its joint, and the deflection per unit
+    /// at each sample.
     fn yields(
         &self,
         experiment: usize,
@@ -145,7 +147,7 @@ impl HarmonicData<'_> {
                 found.push((column + 1, joint, sin));
             } else if let Some(joint) = effect.moved() {
                 let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
-                // tau_k: of the drive minus its friction where the joint moves, of the model where it is locked.
+                // tau_k: if the joint moves, the torque of the drive minus friction; if it is locked, the torque of the model.
                 let torque = match spectrum {
                     Some(e) => fit.behind_friction(&self.spectra[e], e, self),
                     None => {
@@ -154,7 +156,7 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                // A gap deflects to the side of the torque, a spring by its torque and the rate of the torque.
+                // The deflection of a gap follows the sign of the torque; the deflection of a spring, the torque and its rate.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {
@@ -169,7 +171,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// The position of the link in its gap by the sign of the torque, from -1/2 to 1/2.
+/// The position of the link in its gap, from -1/2 to 1/2, by the sign of the torque.
 fn sides(torque: &[f64]) -> Vec<f64> {
     let square = torque.iter().map(|t| t * t).sum::<f64>() / torque.len().max(1) as f64;
     let width = GAP_CROSSING_TORQUE_SHARE * square.sqrt();

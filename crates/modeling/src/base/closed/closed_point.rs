@@ -1,15 +1,15 @@
-//! A point of the field at which the loops of a robot are closed: its constants, and every variable.
+//! Finds closed points: values of all constants and variables in the finite field at which the loops of a robot are closed.
 //!
-//! Two methods; the first one is preferred:
+//! There are two methods, tried in this order:
 //!
-//! - constants first: all constants are drawn, then the variables, loop by loop. Of each loop some variables are drawn and
-//!   the last two or three are solved for ([`crate::base::closed::planar_loop`]). These may be coordinates or passive
-//!   variables, since closure does not depend on which joints are driven. Lengths of one symbol stay equal. For planar loops;
-//! - angles first: all angles are drawn except the ones that close the orientation of each loop
+//! - constants first, for planar loops: all constants are drawn at random, then the variables, loop by loop. Of each loop some
+//!   variables are drawn, and two or three are solved for ([`crate::base::closed::planar_loop`]). These may be coordinates or
+//!   passive variables, because closure does not depend on which joints are driven. Lengths with the same symbol stay equal;
+//! - angles first: all angles are drawn, except the angles that close the orientation of each loop
 //!   ([`crate::base::closed::orientation`]). The position equations are then affine in the lengths
 //!   ([`crate::base::closed::lengths`]), and a random solution is taken.
 //!
-//! An equation of the second degree has roots in the field for half of the draws. Without a root, another draw is taken.
+//! A quadratic equation has roots in the field for half of the draws. If there is no root, another draw is taken.
 
 use std::collections::BTreeMap;
 
@@ -30,36 +30,36 @@ use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use random::SplitMix;
 
-/// Draws of all constants before giving up: with k equations of the second degree, one of 2^k draws has a point.
+/// Largest number of draws of all constants: with k quadratic equations, one of 2^k draws has a closed point.
 const DRAWS_OF_CONSTANTS: usize = 400;
-/// Failures other than a missing root before giving up: coinciding roots lead to equations of another form.
+/// Largest number of failures other than a missing root. One such failure may be chance, because roots may coincide.
 const MAX_FAILED_DRAWS: usize = 24;
-/// Failures before giving up where angles are drawn first: random angles never coincide.
+/// Largest number of such failures if angles are drawn first: random angles never coincide.
 const MAX_FAILED_ANGLE_DRAWS: usize = 4;
-/// Draws of all variables at given constants.
+/// Largest number of draws of all variables at given constants.
 const DRAWS_OF_A_STATE: usize = 60;
-/// Draws of the free variables of one loop, with the other variables given.
+/// Largest number of draws of the free variables of one loop, with the other variables given.
 const DRAWS_OF_A_LOOP: usize = 8;
-/// Largest number of choices of the variables that close one loop.
+/// Largest number of sets of variables that are tried for closing one loop.
 const MAX_CLOSING_CHOICES: usize = 200;
 
-/// A closed point.
+/// Values of the constants and variables in the field at which all loops are closed.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedPoint {
-    /// The assigned constants, by symbol.
+    /// The value of each constant, indexed by its symbol.
     pub constants: Vec<Assignment>,
     pub state: State,
 }
 
-/// The closure of one robot's loops in the field.
+/// Finds closed points of one robot.
 pub(crate) struct ClosedPoints {
     pub chains: LoopChains,
     pub variables: Variables,
-    /// The function with the closure error e and the Jacobian J_p.
+    /// The function whose outputs are the closure error e and the Jacobian J_p.
     pub closure: Function,
     pub closure_angles: GraphAngles,
     placement_angles: GraphAngles,
-    /// The symbol of each variable.
+    /// The symbol of each variable, coordinates first.
     pub symbols: Vec<Symbol>,
 }
 
@@ -83,8 +83,8 @@ impl ClosedPoints {
         })
     }
 
-    /// A closed point by random draws of constants, variables and roots. `other_roots` takes the other root of each
-    /// equation, as long as the draws of both calls are equal.
+    /// A closed point, found by random draws of constants, variables and roots. With `other_roots`, the other root of each
+    /// equation is taken: equal draws then give another assembly.
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first
@@ -101,7 +101,7 @@ impl ClosedPoints {
         let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
-                // Independently of the method, all equations must hold.
+                // All equations must hold, whatever the method.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
                 Ok(None) => {}
                 Ok(Some(_)) => failures += 1,
@@ -117,7 +117,7 @@ impl ClosedPoints {
         Err(reason)
     }
 
-    /// A closed point with these constants; `None` where a loop is not planar or no draw closes the loops.
+    /// A closed point with these constants; `None` if a loop is not planar or no draw closes the loops.
     pub(crate) fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
         for _ in 0..DRAWS_OF_A_STATE {
             if let Some(state) = self.state_at(constants, random, false).ok()? {
@@ -128,21 +128,21 @@ impl ClosedPoints {
         None
     }
 
-    /// Random constants that planar loops can be closed with.
+    /// Random constants with which planar loops can be closed.
     pub(crate) fn constants(&self, random: &mut SplitMix) -> Result<Vec<Assignment>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
         Ok(constants)
     }
 
-    /// A point by the first method: constants, then variables. `None` where a root is not in the field.
+    /// One attempt by the first method: constants, then variables. `None` if a root is not in the field.
     fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let constants = self.constants(random)?;
         let state = self.state_at(&constants, random, other_roots)?;
         Ok(state.map(|state| ClosedPoint { constants, state }))
     }
 
-    /// The variables of a closed point with these constants. `None` where a root is not in the field.
+    /// One attempt to find the variables of a closed point with these constants. `None` if a root is not in the field.
     fn state_at(
         &self,
         constants: &[Assignment],
@@ -158,7 +158,7 @@ impl ClosedPoints {
         while let Some(next) = (0..open.len()).min_by_key(|&l| open[l].unknown(&state).len()) {
             let one = open.remove(next);
             let mut unknown = one.unknown(&state);
-            // Passive variables are solved for before coordinates are.
+            // Passive variables are solved for in preference to coordinates.
             unknown.reverse();
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
             let count = one.n_solved(&state);
@@ -172,7 +172,8 @@ impl ClosedPoints {
         Ok(Some(state))
     }
 
-    /// Closes a loop by `count` of its unknown variables: the first choice that can be solved for. The others are drawn.
+    /// Closes a loop: solves for `count` of its unknown variables, and draws the others. The first set that can be solved for is
+    /// taken.
     fn closed_by(
         &self,
         state: &mut State,
@@ -182,7 +183,7 @@ impl ClosedPoints {
         other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
-        // The choice between the two roots is drawn, so that several points cover every assembly.
+        // One of the two roots is taken at random, so that several points cover every assembly.
         let other_root = (random.bits() & 1 == 1) != other_roots;
         // The other variables of the loop are drawn until its equation has a root in the field.
         for by in choices(unknown, count).into_iter().take(MAX_CLOSING_CHOICES) {
@@ -206,7 +207,7 @@ impl ClosedPoints {
         Closing::OtherForm
     }
 
-    /// A point by the second method: angles, then lengths. `None` where a root is not in the field.
+    /// One attempt by the second method: angles, then lengths. `None` if a root is not in the field.
     fn angles_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_angles(&mut constants);
@@ -225,7 +226,7 @@ impl ClosedPoints {
                 }
                 continue;
             }
-            // Angles of this loop alone are solved for before angles that other loops share.
+            // Angles that belong only to this loop are solved for in preference to angles that other loops share.
             let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
             unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
@@ -236,7 +237,7 @@ impl ClosedPoints {
                 Closing::OtherForm => return Err(NoCertificate::OtherForm),
             }
         }
-        // All angles are known now: e is affine in the lengths, which a random zero of e closes.
+        // All angles are known now, so e is affine in the lengths: a random zero of e closes the loops.
         self.draw(&mut state, random, |k| !slides(k));
         let free: Vec<usize> = (0..self.variables.len()).rev().filter(|&k| slides(k)).collect();
         let lengths = self.lengths_of(&self.closure);
@@ -287,7 +288,7 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The variables as constant inputs of a function.
+    /// The variables as inputs of a function that are constant in t.
     pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
         let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),
@@ -297,7 +298,7 @@ impl ClosedPoints {
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// e and J_p, row by row, at a point; `None` where they are not defined in the field (a division by zero).
+    /// e and J_p, row by row, at a point; `None` if they are not defined in the field (a division by zero).
     pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
@@ -312,7 +313,7 @@ impl ClosedPoints {
     }
 }
 
-/// The choices of `count` of the numbers `of`, in lexicographic order, at most [`MAX_CLOSING_CHOICES`].
+/// All sets of `count` of the numbers `of`, in lexicographic order, at most [`MAX_CLOSING_CHOICES`].
 fn choices(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     if count == 0 {
         return vec![Vec::new()];

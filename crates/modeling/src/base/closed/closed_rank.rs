@@ -1,9 +1,9 @@
-//! The independent columns of a regressor with loops, at closed points of a finite field.
+//! Determines the independent columns of a regressor with loops, at closed points of a finite field.
 //!
-//! The loops of a robot may have several assemblies, and these may have different ranks: the crossed four-bar has 8 base
-//! parameters where the parallelogram of the same lengths has 3. So points are evaluated until the columns of two of them
-//! also stand out numerically. Where all points agree with each other but not with the numeric columns, the numbers of the
-//! file are special. Where the points differ, and none agrees with the numeric columns, there is no result.
+//! The loops of a robot may have several assemblies with different ranks: the crossed four-bar has 8 base parameters, the
+//! parallelogram with the same lengths has 3. So points are evaluated until two of them have columns that also stand out
+//! numerically. If all points have the same columns, but these do not stand out numerically, the numbers of the file are special.
+//! If the columns of the points differ, and no point has the numeric columns, there is no result.
 
 use expr::Function;
 
@@ -16,46 +16,46 @@ use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// Largest number of points: in pairs with equal draws, the second with the other root of each equation.
+/// Largest number of points. They form pairs with equal draws; the second of a pair takes the other root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;
 /// Smallest number of points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// Number of points whose columns must agree with each other, and with the numeric columns.
+/// Number of points that must have the same columns.
 const AGREEING_RANKS: usize = 2;
-/// Curves through each point. With one coordinate, three rows of each order may be independent: the rows of its
+/// Number of curves through each point. With one coordinate, up to three rows of each order are independent: the rows of its
 /// acceleration, of its squared rate, and of gravity.
 const CURVES_PER_POINT: usize = 4;
-/// Number of the last orders that must bring no new row.
+/// Number of the last orders of the series that must bring no new row.
 const SETTLED_ORDERS: usize = 2;
 /// Largest order of a power series.
 const MAX_SERIES_ORDER: usize = 200;
-/// Rows beyond `expected` that the first orders provide, in addition to a third of `expected`.
+/// Number of rows beyond `expected` that the first series provides, in addition to a third of `expected`.
 const SPARE_ROWS: usize = 8;
 /// Seed of the first pair of points.
 const FIRST_SEED: u64 = 1979;
 
-/// The rank at closed points.
+/// The independent columns at closed points, with the evidence.
 pub(crate) struct ClosedRank {
     /// The columns that are independent of the columns before them.
     pub columns: Vec<usize>,
-    /// Whether other assemblies have another rank.
+    /// Whether other assemblies have other independent columns.
     pub other_assemblies: bool,
-    /// The source of the closed points.
+    /// Finds more closed points.
     pub points: ClosedPoints,
-    /// Rows of the points that have this rank, a list per point.
+    /// The rows of the regressor at each point that has these columns: point, row, column.
     rows: Vec<Vec<Vec<Residue>>>,
 }
 
 impl ClosedRank {
-    /// Whether a column is a combination of the columns `support` at every point, with one set of coefficients per point.
+    /// Whether a column is a combination of the columns `support` at every point. The coefficients may differ between points.
     pub(crate) fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
         let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
         self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
     }
 }
 
-/// The rank of the assemblies with which the numeric columns agree (`agrees`), else of all evaluated points. About
-/// `expected` columns are expected.
+/// Determines the columns of the assemblies for which `agrees(columns)` holds, that is, whose columns stand out numerically; if
+/// there are none, of all points, which must then have the same columns. `expected`: about how many columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
     regressor: &Function,
@@ -66,7 +66,7 @@ pub(crate) fn closed_rank(
     let points = ClosedPoints::new(derivation, closure)?;
     let angles = GraphAngles::of(regressor.graph());
     let (mut found, mut failure): (Vec<ColumnsAtPoint>, _) = (Vec::new(), NoCertificate::OtherForm);
-    // The first columns that agree with the numeric ones.
+    // The columns of the first point that agrees with the numbers.
     let mut chosen: Option<Vec<usize>> = None;
     for k in 0..MAX_CLOSED_POINTS {
         let mut random = SplitMix(FIRST_SEED + k / 2);
@@ -84,8 +84,8 @@ pub(crate) fn closed_rank(
         if k + 1 >= FEWEST_CLOSED_POINTS && n_agree >= AGREEING_RANKS {
             break;
         }
-        // Another assembly may be regular where this one is singular. An assembly that does not move stays fixed at other
-        // lengths too.
+        // If a point is singular, another assembly may be regular. For another reason, more points do not help: loops that do not
+        // move stay fixed at other lengths too.
         if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
             break;
         }
@@ -101,7 +101,7 @@ pub(crate) fn closed_rank(
     Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), points, rows })
 }
 
-/// The independent columns at one point, and the rows that show it.
+/// The independent columns at one point, and the rows of the regressor from which they were found.
 struct ColumnsAtPoint {
     columns: Vec<usize>,
     rows: Vec<Vec<Residue>>,
@@ -116,7 +116,7 @@ fn columns_at(
     random: &mut SplitMix,
 ) -> Result<ColumnsAtPoint, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    // Enough orders for `expected` independent rows and some spare rows, from all curves together.
+    // The order that gives `expected` independent rows and some spare rows, from all curves together.
     let mut order = (expected + expected / 3 + SPARE_ROWS).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1)
         + SETTLED_ORDERS;
     loop {
@@ -136,7 +136,7 @@ fn columns_at(
                 }
             }
         }
-        // Settled: the last orders brought no new row. Else the order is doubled.
+        // Settled: the last orders brought no new row. Otherwise the order is doubled.
         if order - settled_since >= SETTLED_ORDERS {
             return Ok(ColumnsAtPoint { columns: echelon.columns(), rows: by_order.concat() });
         }

@@ -1,4 +1,4 @@
-//! Conditions on the constants of loops that the numbers of a file fulfil and random elements do not.
+//! Conditions on the constants of loops: the numbers of a file fulfil them, random field elements must be fitted to them.
 
 use expr::{Function, Node, SymbolKind};
 
@@ -34,9 +34,9 @@ impl ClosedPoints {
         Ok(())
     }
 
-    /// Where the orientation of a planar loop depends on no variable, its constant angles must add up to zero. In the file
-    /// this holds by numbers that are no symbols, such as the constant of a relation between passive angles: one of these
-    /// constants is fitted.
+    /// Fits the constant angles of planar loops. If the orientation of a loop depends on no variable, its constant angles must
+    /// add up to zero. In the file, numbers that are no symbols ensure this, such as the constant of a relation between passive
+    /// angles: one of these constants is fitted.
     pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);
@@ -63,7 +63,7 @@ impl ClosedPoints {
         }
     }
 
-    /// The symbols that a function reads as lengths.
+    /// The constants that a function uses as lengths (outside sines and cosines), by the index of their symbol.
     pub(crate) fn lengths_of(&self, function: &Function) -> Vec<usize> {
         let graph = function.graph();
         let mut is_length = vec![false; graph.symbols().len()];
@@ -77,8 +77,8 @@ impl ClosedPoints {
         (0..is_length.len()).filter(|&s| is_length[s]).collect()
     }
 
-    /// Whether the loops can stay closed when the lengths change: passive variables can then compensate each change of e,
-    /// except the offsets normal to planar loops, which no variable changes.
+    /// Whether the loops can stay closed when the lengths change. Passive variables must compensate each change of e, except
+    /// changes of the offsets normal to planar loops, which no variable changes.
     pub(crate) fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
             self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()

@@ -5,10 +5,10 @@
 //! ```text
 //! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
 //! ```
-//! All rows of e must vanish, not only the rows that give p: else the loops do not move at these constants. dq and ddq are
-//! random and constant along the curve, since they are free at every state. A relation between columns with constant
-//! coefficients holds at every state exactly when it holds for each coefficient of the series. At a general point, no order
-//! brings a new row after the first orders that bring none [Schwartz 1980].
+//! All rows of e must vanish, not only the rows that give p: otherwise the loops do not move at these constants. dq and ddq are
+//! random and constant along the curve, because they are free at every state. A relation between columns with constant
+//! coefficients holds at every state if and only if it holds for each coefficient of the series. At a general point, if some
+//! orders bring no new row, no later order brings one [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ use crate::base::closed::series::{CurveInput, SeriesAlgebra, TaylorSeries};
 use crate::base::field::{Residue, solve};
 use random::SplitMix;
 
-/// The variables along a random curve through the point, up to t^order.
+/// The variables along a random curve through the point, as series up to t^order. Fails if the loops do not move there.
 pub(crate) fn curve(
     points: &ClosedPoints,
     point: &ClosedPoint,
@@ -43,7 +43,7 @@ pub(crate) fn curve(
         let values = points.closure.evaluate_in(&mut algebra);
         if algebra.broken { Err(NoCertificate::Singular) } else { Ok(values) }
     };
-    // J_p at the point, m independent rows of it and their inverse: one solution for every order.
+    // Take m independent rows of J_p at the point and invert them once; the inverse serves every order.
     let j: Vec<Vec<Residue>> =
         evaluated(&inputs, 0)?[1].chunks(m.max(1)).map(|row| row.iter().map(|x| x.at(0)).collect()).collect();
     let (rows, inverse) = independent(&j, m).ok_or(NoCertificate::Singular)?;
@@ -58,12 +58,12 @@ pub(crate) fn curve(
             }
         }
     }
-    // The rows of e that were not used must vanish too, else the loop does not move.
+    // The rows of e that were not used must vanish too, otherwise the loop does not move.
     let moves = evaluated(&inputs, order)?[0].iter().all(|e| e.0.is_empty());
     if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
 }
 
-/// The indices of m independent rows of J_p, and the inverse of the matrix of these rows; `None` where J_p has a lower rank.
+/// The indices of m independent rows of J_p, and the inverse of the matrix of these rows; `None` if J_p has a lower rank.
 fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Residue>>)> {
     let mut rows: Vec<usize> = Vec::new();
     let mut echelon: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -95,7 +95,7 @@ fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Resi
     Some((rows, inverse))
 }
 
-/// The rows of the regressor along a curve, by order of t.
+/// The rows of the regressor along the curve `along`: for each order of t, the coefficients of each row.
 pub(crate) fn regressor_rows(
     regressor: &Function,
     angles: &GraphAngles,
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::derivation::Derivation;
 
-    /// A four-bar whose links lie in parallel planes, by numbers that add up: 0.05 = 0.03 + 0.02. The angles add up too.
+    /// A four-bar that can close because its offsets normal to the plane add up, 0.05 = 0.03 + 0.02, and its constant angles too.
     #[test]
     fn a_loop_closes_in_the_field_by_numbers_that_add_up() {
         let text = "convention: khalil-kleinfinger
@@ -152,7 +152,7 @@ loops:
             let along = curve(&points, &point, 6, random).unwrap();
             // The passive variables move, and not only to the first order.
             assert!(points.symbols[1..].iter().all(|s| along[s].value.at(6) != Residue::ZERO));
-            // There are other states with equal constants.
+            // There are other closed states with the same constants.
             let other = points.point_at(&point.constants, random).unwrap();
             assert_ne!(other.state.points, point.state.points);
         }

@@ -1,10 +1,10 @@
-//! Lengths that solve equations that are affine in them.
+//! Solves equations that are affine in lengths.
 
 use crate::base::field::Residue;
 use random::SplitMix;
 
-/// A random x with f(x) = 0, f affine. The leftmost entries that f determines are solved for, the others are random. `None`
-/// where f is not affine or has no zero.
+/// A random x with n entries and f(x) = 0, for an affine f. The leftmost entries that f determines are solved for, the others are
+/// random. `None` if f is not affine or has no zero.
 pub(crate) fn random_zero(
     n: usize,
     mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,
@@ -27,7 +27,8 @@ pub(crate) fn random_zero(
     f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
 }
 
-/// Solves the rows [a_1 .. a_n b] for the leftmost entries of x that they determine; the other entries are given.
+/// Solves the rows [a_1 .. a_n b], a x = b, for the leftmost entries of x that they determine; the other entries are given.
+/// `None` if the rows contradict each other.
 fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
     let n = x.len();
     let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();

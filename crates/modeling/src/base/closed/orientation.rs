@@ -1,12 +1,12 @@
-//! The orientation around a loop in the field, closed by one, two or three of its angles.
+//! Closes the orientation around a loop in the field by solving for one, two or three of its angles.
 //!
-//! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. With all angles
-//! known but
+//! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. The number of unknown
+//! angles may be
 //!
 //! - three, Rz(x) B Rz(y) C Rz(z) = M: the last row of B times the last column of C give a cos y + b sin y = M_33 - b_33 c_33,
 //!   then the columns and rows of M give x and z;
-//! - two, where all axes have one of two directions, Rz(x) B Rz(y) = M: the last row and column of M give both angles;
-//! - one, where all axes are parallel: Rz(x) = M.
+//! - two, if all axes have one of two directions, Rz(x) B Rz(y) = M: the last row and column of M give both angles;
+//! - one, if all axes are parallel: Rz(x) = M.
 
 use crate::base::closed::planar_closing::Closing;
 use crate::base::closed::pose::Pose;
@@ -16,9 +16,9 @@ use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::ChainJoint;
 use robot::JointKind;
 
-/// The product of the rotations around one loop at given constants.
+/// The product of the rotations around one loop, at given constants.
 pub(crate) struct Orientation {
-    /// The constant matrix before each rotation about z, and this rotation.
+    /// (A_i, x_i): the constant matrix before each rotation about z, and the angle of this rotation.
     letters: Vec<(ExactMatrix, Powers)>,
     last: ExactMatrix,
 }
@@ -56,7 +56,7 @@ impl Orientation {
         }
     }
 
-    /// The product with the known angles multiplied into the constant matrices.
+    /// This product at `state`: the known angles are multiplied into the constant matrices.
     fn reduced(&self, state: &State) -> Orientation {
         let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
         for (before, powers) in &self.letters {
@@ -69,7 +69,7 @@ impl Orientation {
         word
     }
 
-    /// The variables that are not known.
+    /// The variables in the angles of this product that `state` does not know, in ascending order.
     pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let mut all: Vec<usize> =
             self.letters.iter().flat_map(|l| l.1.iter().map(|t| t.0)).filter(|&k| state.points[k].is_none()).collect();
@@ -78,13 +78,13 @@ impl Orientation {
         all
     }
 
-    /// Whether the product is the identity, with all angles known.
+    /// Whether all angles are known and the product is the identity.
     pub(crate) fn is_closed(&self, state: &State) -> bool {
         let word = self.reduced(state);
         word.letters.is_empty() && word.last == UNTURNED
     }
 
-    /// Closes the orientation by these angles; all others are known.
+    /// Solves for the angles `by` so that the product is the identity; all other angles must be known.
     pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let word = self.reduced(state);
         let single = |powers: &Powers| match powers.as_slice() {
@@ -122,14 +122,14 @@ fn plane([x, y, _]: [Residue; 3]) -> [Residue; 2] {
     [x, y]
 }
 
-/// Rz(x) B Rz(y) = M.
+/// Solves Rz(x) B Rz(y) = M for the points of x and y; `None` if there is no solution.
 fn two(B: &ExactMatrix, M: &ExactMatrix) -> Option<Vec<CirclePoint>> {
     let x = quotient(plane(column(M, 2)), plane(column(B, 2)))?;
     let y = quotient(plane(B[2]), plane(M[2]))?;
     Some(vec![(x[0], x[1]), (y[0], y[1])])
 }
 
-/// Rz(x) B Rz(y) C Rz(z) = M.
+/// Solves Rz(x) B Rz(y) C Rz(z) = M for the points of x, y and z.
 fn three(B: &ExactMatrix, C: &ExactMatrix, M: &ExactMatrix, other_root: bool) -> Result<Vec<CirclePoint>, Closing> {
     let (b, c) = (B[2], column(C, 2));
     let (along, across) = (b[0] * c[0] + b[1] * c[1], b[1] * c[0] - b[0] * c[1]);
@@ -150,7 +150,7 @@ mod tests {
     use crate::base::field::circle;
     use random::SplitMix;
 
-    /// A chain of joints about z, each placed by a rotation about x.
+    /// A loop of revolute joints about z. Each joint is placed by a rotation alpha about x.
     fn word(alphas: &[CirclePoint]) -> (Variables, Orientation) {
         let placement = |&(c, s): &CirclePoint| {
             let (one, zero) = (Residue::ONE, Residue::ZERO);
@@ -193,7 +193,7 @@ mod tests {
         let mut state = State::unknown(4);
         [0, 1, 3].iter().for_each(|&k| state.draw(k, random));
         assert_eq!(flat.close(&variables, &mut state, &[2], false), Closing::Closed);
-        // Two directions: a rotation by (c, s) and back.
+        // Axes of two directions: alpha has the point (c, s), then (c, -s).
         let (c, s) = circle(random);
         let (variables, two) = word(&[parallel, parallel, (c, s), parallel, (c, -s)]);
         let mut state = State::unknown(5);

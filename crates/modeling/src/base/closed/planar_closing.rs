@@ -1,7 +1,7 @@
-//! The last two variables of a planar loop.
+//! Solves for the last two variables of a planar loop.
 //!
-//! With all variables known but two, the sides of a loop fall into groups of one unknown angle each. Their sum is zero. The
-//! unknown variables are
+//! If all variables except two are known, the sides of a loop form groups: the sides of a group turn with the same combination of
+//! the unknown angles. The sum of all groups is zero. The unknown variables are
 //!
 //! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. From
 //!   |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1 = c;
@@ -18,14 +18,14 @@ pub(crate) type Flat = [Residue; 2];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Closing {
     Closed,
-    /// The roots that close it are not in the field.
+    /// The equations have no roots in the field.
     NoRoot,
     /// The equations for these variables have none of the forms that are solved.
     OtherForm,
 }
 
-/// The sum of the sides that turn with one combination of the unknown angles:
-/// (vector + sum of lengths times per_length) exp(i turn . angles).
+/// A group: the sum of the sides that turn with the same combination of the unknown angles, (vector + sum of lengths times
+/// per_length) exp(i turn . angles).
 pub(crate) struct PlanarGroup {
     pub turn: Vec<i128>,
     pub vector: Flat,
@@ -39,7 +39,7 @@ impl PlanarGroup {
     }
 }
 
-/// Solves three groups for two unknown angles x and y.
+/// Solves for two unknown angles x and y, so that the sum of three groups is zero.
 pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize; 2], other_root: bool) -> Closing {
     let [g0, g1, g2] = groups else { return Closing::OtherForm };
     let difference = |g: &PlanarGroup| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
@@ -65,7 +65,7 @@ pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize
     Closing::Closed
 }
 
-/// Solves two groups for one unknown angle x and one unknown length s: a s^2 + b s + c = 0.
+/// Solves for one unknown angle x and one unknown length s, so that the sum of two groups is zero: a s^2 + b s + c = 0.
 pub(crate) fn slide(state: &mut State, groups: &[PlanarGroup], x: usize, s: usize, other_root: bool) -> Closing {
     let [g0, g1] = groups else { return Closing::OtherForm };
     let turn = g1.turn[0] - g0.turn[0];
@@ -94,7 +94,7 @@ pub(crate) fn slide(state: &mut State, groups: &[PlanarGroup], x: usize, s: usiz
     Closing::Closed
 }
 
-/// Solves one group for two unknown lengths s and t: two linear equations.
+/// Solves for two unknown lengths s and t, so that one group is zero: two linear equations.
 pub(crate) fn two_slides(state: &mut State, groups: &[PlanarGroup], [s, t]: [usize; 2]) -> Closing {
     let [g] = groups else { return Closing::OtherForm };
     let row = |i: usize| vec![g.per_length[0][i], g.per_length[1][i], -g.vector[i]];

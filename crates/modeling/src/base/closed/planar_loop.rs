@@ -6,7 +6,8 @@
 //! ```text
 //! sum_k (a_k + sum_j s_j u_kj) exp(i Phi_k) = 0,      Phi_cut - Phi_twin = delta
 //! ```
-//! The second equation gives one angle as a sum. The first equation gives the last two variables
+//! a_k is side k at zero variables, s_j the position of a sliding joint along u_kj, Phi_k the sum of the angles before side k,
+//! and delta a constant angle. The second equation gives one angle as a sum. The first equation gives the last two variables
 //! ([`crate::base::closed::planar_closing`]).
 
 use std::collections::BTreeMap;
@@ -19,13 +20,13 @@ use crate::base::closed::variables::{Powers, State, Variables, raised};
 use crate::base::field::{CirclePoint, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
 
-/// One loop at given constants.
+/// One planar loop at given constants.
 #[derive(Clone, Debug)]
 pub(crate) struct PlanarLoop {
     sides: Vec<Side>,
     turn: Powers,
     delta: CirclePoint,
-    /// Distance of the two ends normal to the plane: zero where the loop can close.
+    /// Distance of the two ends normal to the plane. The loop can close only if it is zero.
     pub offset: Residue,
 }
 
@@ -37,7 +38,8 @@ struct Side {
 }
 
 impl PlanarLoop {
-    /// The loop of two branches; `None` where its joints do not all move in one plane. `placements` and `joints` by link.
+    /// The loop of two branches; `None` if its joints do not all move in one plane. `placements` and `joints` are indexed by
+    /// link.
     pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
@@ -68,7 +70,7 @@ impl PlanarLoop {
         })
     }
 
-    /// The variables of the loop that are not known.
+    /// The variables of the loop that `state` does not know, in ascending order.
     pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let of_side = |s: &Side| s.turn.iter().map(|t| t.0).chain(s.slides.iter().map(|t| t.0)).collect::<Vec<_>>();
         let mut all: Vec<usize> = self
@@ -83,26 +85,28 @@ impl PlanarLoop {
         all
     }
 
-    /// The orientation error, Phi_cut - Phi_twin - delta, as a point; `None` where one of its angles is not known.
+    /// By how much the angles of the two branches miss closing the loop, as (cos, sin) in the field; `None` while an angle is
+    /// unknown.
     pub(crate) fn defect(&self, state: &State) -> Option<CirclePoint> {
         let (known, rest) = state.turn(&self.turn);
         let (c, s) = self.delta;
         rest.is_empty().then(|| sum(known, (c, -s)))
     }
 
-    /// The number of variables that close the loop at this state: 2 for the position, 1 for an orientation not yet known.
+    /// The number of variables to solve for at this state: 2 for the position, and 1 more if the orientation has an unknown
+    /// angle.
     pub(crate) fn n_solved(&self, state: &State) -> usize {
         2 + usize::from(!state.turn(&self.turn).1.is_empty())
     }
 
-    /// Closes the loop by these variables; all others are known.
+    /// Solves for the variables `by` so that the loop is closed; all other variables must be known.
     pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let angles: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_angle(k)).collect();
         let lengths: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_length(k)).collect();
         if angles.len() + lengths.len() != by.len() {
             return Closing::OtherForm;
         }
-        // The angle that the orientation gives: if possible one that turns no side.
+        // Choose the angle that the equation of the orientation gives, the pivot: if possible one that turns no side.
         let (known, rest) = state.turn(&self.turn);
         let turns_a_side = |k: usize| self.sides.iter().any(|s| s.turn.iter().any(|t| t.0 == k));
         let candidates = rest.iter().filter(|t| t.1.abs() == 1);
@@ -145,8 +149,8 @@ impl PlanarLoop {
         }
     }
 
-    /// The sums of the sides that turn by the same unknown angles, turned by the known angles. `None` where a side depends
-    /// on another unknown variable.
+    /// Groups the sides that turn by the same unknown angles; known angles are applied. `None` if a side depends on an unknown
+    /// variable other than `angles` and `lengths`.
     fn groups(
         &self,
         state: &State,
@@ -192,14 +196,14 @@ impl PlanarLoop {
     }
 }
 
-/// An angle that follows from other angles: x_pivot = known + sum of the others.
+/// The pivot, an angle that follows from other angles: x_pivot = known + sum of the others.
 struct KnownAngle {
     pivot: usize,
     known: CirclePoint,
     others: Powers,
 }
 
-/// One branch of a loop, from the last common link to its loop frame, at zero variables.
+/// One branch of a loop, from the last common link to the loop frame of the branch, with all variables zero.
 struct Branch {
     joints: Vec<PlanarJoint>,
     end: Pose,
@@ -230,8 +234,8 @@ impl Branch {
         Branch { joints: moving, end: at }
     }
 
-    /// The sides with their angles, in axes with z normal to the plane, and the angle of the end. `None` where a joint does
-    /// not move in the plane.
+    /// The sides of the branch with their angles, in axes with z normal to the plane, and the angle of the end frame. `None` if a
+    /// joint does not move in the plane.
     fn sides(&self, frame: &[[Residue; 3]; 3]) -> Option<(Vec<Side>, Powers)> {
         let mut sides = Vec::new();
         let mut phi: Powers = Vec::new();
@@ -283,7 +287,7 @@ impl Side {
     }
 }
 
-/// a + factor b, without zeros.
+/// a + factor b, for sums of (variable, exponent); zero exponents are left out.
 fn added(a: &[(usize, i128)], b: &[(usize, i128)], factor: i128) -> Powers {
     let mut sum: BTreeMap<usize, i128> = BTreeMap::new();
     a.iter().for_each(|&(k, p)| *sum.entry(k).or_default() += p);
@@ -296,7 +300,7 @@ mod tests {
     use super::*;
     use random::SplitMix;
 
-    /// A placement by d alone.
+    /// A placement by the distance d along x alone.
     fn along_x(d: Residue) -> Pose {
         Pose { position: [d, Residue::ZERO, Residue::ZERO], ..Pose::IDENTITY }
     }
@@ -305,8 +309,8 @@ mod tests {
         ChainJoint { kind, terms: vec![(k, 1.0)] }
     }
 
-    /// Variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Closed by any two of the first three and the cut, the
-    /// ends meet.
+    /// Variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. The loop is closed by variable 3 and any two of the others;
+    /// then its ends meet.
     #[test]
     fn a_four_bar_is_closed_by_any_two_of_its_angles() {
         let random = &mut SplitMix(1);
@@ -338,12 +342,12 @@ mod tests {
         assert!(n_closed > 15, "{n_closed}");
     }
 
-    /// A crank with angle 0 and an arm with angle 1 on the base, a block that slides by variable 2 along the arm. It is closed
+    /// A crank (angle 0) and an arm (angle 1) turn on the base, and a block slides along the arm (variable 2). The loop is closed
     /// by arm and slide, and by crank and slide.
     #[test]
     fn a_sliding_block_is_closed_by_its_slide() {
         let quarter = |entries: [i64; 9]| Pose::placement(&entries.map(Residue::integer));
-        // gamma and alpha quarter turns: z along x.
+        // gamma and alpha are quarter turns, so that the slide's z is along the arm's x.
         let (slide, back) = (quarter([0, 1, 0, 0, 1, 0, 1, 0, 0]), quarter([1, 0, 0, 0, -1, 0, 1, 0, 0]));
         let random = &mut SplitMix(2);
         let placements =

@@ -1,4 +1,4 @@
-//! The pose of a link, in the field.
+//! Poses of frames, with entries in the finite field.
 
 use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::PLACEMENT;
@@ -38,7 +38,7 @@ impl Pose {
     }
 }
 
-/// The rotation about z.
+/// The rotation about z by the angle with the point (c, s).
 pub(crate) fn about_z((c, s): CirclePoint) -> ExactMatrix {
     [[c, -s, ZERO], [s, c, ZERO], [ZERO, ZERO, ONE]]
 }
@@ -60,7 +60,7 @@ pub(crate) fn product(a: &ExactMatrix, b: &ExactMatrix) -> ExactMatrix {
     a.map(|row| columns.map(|column| dot(row, column)))
 }
 
-/// The column of a matrix.
+/// Column c of a matrix.
 pub(crate) fn column(m: &ExactMatrix, c: usize) -> ExactVector {
     [0, 1, 2].map(|r| m[r][c])
 }

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// Why the rank of a robot whose loops are closed by a search is known by numbers alone.
+/// Why the rank of a robot with loops is known only numerically, although its loops are closed by a search in the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoCertificate {
-    /// A joint turns by a ratio that is no ratio of small integers.
+    /// A joint turns by a factor that is no ratio of small integers.
     Ratio,
     /// The equations of the loops have none of the forms that are solved in the field.
     OtherForm,
-    /// With equal lengths by one symbol, the loops close in the field only where some length is zero.
+    /// If lengths with the same symbol stay equal, the loops close in the field only with some length zero.
     EqualLengths,
     /// The points that were found are singular: the coordinates do not determine the passive joints there.
     Singular,

@@ -1,7 +1,7 @@
-//! Truncated power series over the field, and a function evaluated along a curve of them.
+//! Truncated power series over the field, and the evaluation of a function along a curve that is given by such series.
 //!
-//! Along a curve q(t) = q_0 + q_1 t + .. through a point of a variety, every polynomial function is a series in t.
-//! An angle is x(t) = x_0 + delta(t) with x_0 a point of the circle. Its cosine C and sine S follow from delta,
+//! Along a curve q(t) = q_0 + q_1 t + .. every polynomial function of q is a series in t. An angle is x(t) = x_0 + delta(t),
+//! where x_0 is a point of the circle. The coefficients of its cosine C(t) and its sine S(t) follow from those of delta,
 //!
 //! ```text
 //! k C_k = -sum_j j delta_j S_(k-j),   k S_k = sum_j j delta_j C_(k-j)
@@ -14,7 +14,7 @@ use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 use crate::base::angles::GraphAngles;
 use crate::base::field::{Assignment, CirclePoint, P, Residue, times};
 
-/// a_0 + a_1 t + .., without trailing zeros; missing coefficients are zero.
+/// The series a_0 + a_1 t + .., as its coefficients without trailing zeros; missing coefficients are zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub(crate) struct TaylorSeries(pub Vec<Residue>);
 
@@ -23,7 +23,7 @@ impl TaylorSeries {
         TaylorSeries(vec![x]).trimmed()
     }
 
-    /// a_k.
+    /// The coefficient a_k.
     pub(crate) fn at(&self, k: usize) -> Residue {
         self.0.get(k).copied().unwrap_or_default()
     }
@@ -48,7 +48,7 @@ impl TaylorSeries {
         TaylorSeries(self.0.iter().map(|&x| -x).collect())
     }
 
-    /// The product up to t^order.
+    /// The product, up to t^order.
     fn times(&self, other: &TaylorSeries, order: usize) -> TaylorSeries {
         if self.0.is_empty() || other.0.is_empty() {
             return TaylorSeries::default();
@@ -63,7 +63,7 @@ impl TaylorSeries {
         TaylorSeries(product).trimmed()
     }
 
-    /// 1 / self up to t^order; `None` where the first term is zero.
+    /// 1 / self, up to t^order; `None` if a_0 is zero.
     fn inverse(&self, order: usize) -> Option<TaylorSeries> {
         let first = self.at(0);
         if first == Residue::ZERO {
@@ -81,8 +81,8 @@ impl TaylorSeries {
         Some(TaylorSeries(inverse).trimmed())
     }
 
-    /// Cosine and sine of x_0 + self, where the point gives x_0 and the first term of self is ignored.
-    /// `reciprocals`: 1/k up to the order.
+    /// Cosine and sine of the angle x_0 + self. `(cos, sin)` is the point of x_0; the constant term of self is ignored.
+    /// `reciprocals`: 1/k for k up to the order.
     fn turned(&self, (cos, sin): CirclePoint, reciprocals: &[Residue]) -> (TaylorSeries, TaylorSeries) {
         let (mut c, mut s) = (vec![cos], vec![sin]);
         if self.0.len() > 1 {
@@ -101,7 +101,7 @@ impl TaylorSeries {
     }
 }
 
-/// 1/k for k up to the order, and zero for zero: 1/k = -(P/k) / (P mod k).
+/// [0, 1, 1/2, .., 1/order] in the field, from 1/k = -(P/k) / (P mod k).
 fn reciprocals(order: usize) -> Vec<Residue> {
     let mut all = vec![Residue::ZERO, Residue::ONE];
     for k in 2..=order as u64 {
@@ -112,35 +112,35 @@ fn reciprocals(order: usize) -> Vec<Residue> {
     all
 }
 
-/// An input along a curve.
+/// The values of one input of a function along a curve.
 #[derive(Clone, Debug)]
 pub(crate) struct CurveInput {
-    /// The point of the angle divided by the common denominator, at t = 0.
+    /// The point of x_0/D: the angle at t = 0 divided by the common denominator D.
     pub point: CirclePoint,
-    /// The common denominator.
+    /// The common denominator D.
     pub denominator: u128,
-    /// The value as a length; its terms from t on are also the increase of the angle.
+    /// The value as a length, as a series in t; its terms from t on are also the increase of the angle.
     pub value: TaylorSeries,
 }
 
 impl CurveInput {
-    /// A constant number that is no angle.
+    /// A constant number that is not used as an angle.
     pub(crate) fn still(x: Residue) -> CurveInput {
         CurveInput { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: TaylorSeries::number(x) }
     }
 }
 
-/// One evaluation along a curve, up to t^order.
+/// The evaluation of a function along a curve, up to t^order.
 pub(crate) struct SeriesAlgebra<'a> {
     graph: &'a Graph,
     angles: &'a GraphAngles,
     constants: &'a [Assignment],
-    /// By symbol.
+    /// Input symbol -> its values along the curve.
     inputs: &'a BTreeMap<Symbol, CurveInput>,
     order: usize,
     reciprocals: Vec<Residue>,
     turns: BTreeMap<Expr, (TaylorSeries, TaylorSeries)>,
-    /// Whether something was divided by zero, or an input or an angle is not known: then no value is valid.
+    /// Whether a division by zero occurred, or an input or an angle is not known. No value is valid then.
     pub broken: bool,
 }
 
@@ -231,7 +231,8 @@ impl Algebra for SeriesAlgebra<'_> {
         inverse.map_or_else(TaylorSeries::default, |inverse| a.times(&inverse, self.order))
     }
     fn sqrt(&mut self, a: &TaylorSeries) -> TaylorSeries {
-        // The root of a named constant is another constant: its cube serves as that element, as in the field algebra.
+        // The root of a named constant counts as another random constant; the cube of the constant serves as its value, as in the
+        // field algebra.
         self.broken |= a.0.len() > 1;
         TaylorSeries::number(a.at(0).power(3))
     }
@@ -276,7 +277,7 @@ mod tests {
         assert_eq!(slope(&s), c.times(&slope(&delta), 8));
     }
 
-    /// cos(q/2)^2 - sin(q/2)^2 = cos(q), all along the curve.
+    /// cos(q/2)^2 - sin(q/2)^2 = cos(q) at each order of the curve.
     #[test]
     fn a_ratio_of_an_angle_turns_with_it() {
         let mut g = Graph::new();

@@ -1,8 +1,8 @@
-//! The variables of a robot with loops, and their values in the field where these are known.
+//! The variables of a robot with loops, and their known values in the field.
 //!
-//! An angle x is a point of the circle. Where joints turn by ratios n/d of x, the point of x/D is stored, D the common
-//! denominator, and a joint turns by the power D n/d of that point. A variable that must be solved for has integer ratios
-//! only, since the field lacks the roots for others.
+//! An angle x is a point of the circle. If joints turn by ratios n/d of x, the point of x/D is stored, where D is the common
+//! denominator, and a joint turns by the power D n/d of this point. A variable can be solved for as an angle only if its ratios
+//! are integers, because the field lacks the roots for other ratios.
 
 use crate::base::angles::least_common_multiple;
 use crate::base::field::{CirclePoint, DIGITS, Residue, circle, short_ratio, times};
@@ -21,11 +21,11 @@ pub(crate) struct Variables {
     slides: Vec<bool>,
 }
 
-/// An angle as pairs of a variable k and the power of the point of x_k/D.
+/// An angle as pairs (variable k, exponent of the point of x_k/D_k).
 pub(crate) type Powers = Vec<(usize, i128)>;
 
 impl Variables {
-    /// The properties of `total` variables, `n` of them coordinates. `None` where a joint turns by no ratio of small integers.
+    /// The properties of `total` variables, `n` of them coordinates. `None` if a joint turns by no ratio of small integers.
     pub(crate) fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
         let mut all =
             Variables { n, denominators: vec![1; total], turns: vec![false; total], slides: vec![false; total] };
@@ -49,17 +49,17 @@ impl Variables {
         self.turns.len()
     }
 
-    /// Whether variable k is only an angle, with integer ratios.
+    /// Whether variable k only turns joints, by integer ratios, and slides none.
     pub(crate) fn may_be_solved_as_angle(&self, k: usize) -> bool {
         self.turns[k] && !self.slides[k] && self.denominators[k] == 1
     }
 
-    /// Whether variable k is only a length.
+    /// Whether variable k only slides joints, and turns none.
     pub(crate) fn may_be_solved_as_length(&self, k: usize) -> bool {
         self.slides[k] && !self.turns[k]
     }
 
-    /// The angle of a revolute joint.
+    /// The angle of a revolute joint as pairs (variable k, exponent of the point of x_k/D_k); zero exponents are left out.
     pub(crate) fn powers(&self, joint: &ChainJoint) -> Powers {
         let power = |&(k, c): &(usize, f64)| {
             let (n, d) = short_ratio(c, DIGITS).unwrap_or_default();
@@ -69,12 +69,12 @@ impl Variables {
     }
 }
 
-/// The known values of the variables.
+/// The values of the variables in the field, as far as they are known.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// The point of x/D of each variable; `None` while it is not known.
+    /// The point of x/D of each variable; `None` while it is unknown.
     pub points: Vec<Option<CirclePoint>>,
-    /// The length of each variable; `None` while it is not known.
+    /// The value of each variable as a length; `None` while it is unknown.
     pub lengths: Vec<Option<Residue>>,
 }
 
@@ -108,7 +108,7 @@ impl State {
         self.lengths[k] = Some(length);
     }
 
-    /// The point of the known terms of an angle, and the unknown terms.
+    /// The point of the sum of the known terms of an angle, and the unknown terms.
     pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (CirclePoint, Powers) {
         let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
         for &(k, power) in powers {
@@ -121,13 +121,13 @@ impl State {
     }
 }
 
-/// The point of an angle times an integer of either sign.
+/// The point of an angle times `power`, which may be negative.
 pub(crate) fn raised(point: CirclePoint, power: i128) -> CirclePoint {
     let (c, s) = times(point, power.unsigned_abs());
     if power < 0 { (c, -s) } else { (c, s) }
 }
 
-/// z = a/b, with the vectors a and b of the plane as complex numbers; `None` where |b|^2 = 0.
+/// z = a/b, with the vectors a and b of the plane as complex numbers; `None` if |b|^2 = 0.
 pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]> {
     let square = b[0] * b[0] + b[1] * b[1];
     if square == Residue::ZERO {
@@ -137,8 +137,8 @@ pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]>
     Some([(a[0] * b[0] + a[1] * b[1]) * scale, (a[1] * b[0] - a[0] * b[1]) * scale])
 }
 
-/// A point (c, s) of the circle with a c + b s = k; `other` selects the other of the two solutions. `None` where the field
-/// has none, or where a^2 + b^2 = 0.
+/// A point (c, s) of the circle with a c + b s = k; `other` selects the second of the two solutions. `None` if the field has no
+/// solution, or if a^2 + b^2 = 0.
 pub(crate) fn on_the_circle(a: Residue, b: Residue, k: Residue, other: bool) -> Option<CirclePoint> {
     let square = a * a + b * b;
     if square == Residue::ZERO {
@@ -169,7 +169,7 @@ mod tests {
             let z = quotient([a, b], [k, a]).unwrap();
             assert_eq!([z[0] * k - z[1] * a, z[0] * a + z[1] * k], [a, b]);
         }
-        // Half of all elements have a root.
+        // Half of all field elements have a square root.
         assert!((20..60).contains(&found), "{found}");
     }
 

@@ -1,4 +1,4 @@
-//! Adapters of a model: each file implements one trait of `experiments` or `linear_model` for it.
+//! Adapters from [`crate::Model`] to traits of `experiments` and `linear_model`: each file implements one trait.
 
 pub(crate) mod regressor_slope;
 pub(crate) mod surroundings;

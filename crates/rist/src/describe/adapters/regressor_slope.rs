@@ -1,4 +1,4 @@
-//! A model's base regressor with its exact derivative.
+//! A model's base regressor, with exact derivatives for the search of a motion.
 
 use std::sync::Mutex;
 
@@ -11,19 +11,19 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// The regressor of a model, compiled or not, together with the reverse mode of its function.
+/// The base regressor of a model, compiled or not, and the derivatives of its function by reverse differentiation.
 pub(crate) struct RegressorSlope<'a> {
     model: &'a Model,
     slope: Slope,
 }
 
-/// The torques of a model with parameters in place, by tape.
+/// The torques of a model with fixed numbers for its parameters, evaluated by a tape.
 struct TorqueSlope {
     tapes: ThreadTapes,
     slope: Slope,
 }
 
-/// The reverse mode of a function, for any number of threads.
+/// Derivatives of a function by reverse differentiation; several threads may use it at the same time.
 struct Slope {
     adjoint: Adjoint,
     /// Workspaces of finished evaluations, for reuse: at most one per thread.
@@ -47,7 +47,7 @@ impl Slope {
 }
 
 impl<'a> RegressorSlope<'a> {
-    /// Fails where the closure of a loop solves joints numerically: the function does not contain how they depend on q.
+    /// Fails if a loop of the robot is closed numerically: the function does not contain how the passive joints depend on q.
     pub(crate) fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
             None => Ok(RegressorSlope { model, slope: Slope::new(&model.base_regressor) }),
@@ -138,7 +138,7 @@ mod tests {
             let products = y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum::<f64>());
             let pairs = tau.iter().copied().zip(products).chain(gradient.iter().copied().zip(expected));
             for (found, expected) in pairs.collect::<Vec<(f64, f64)>>() {
-                // Sums of some hundred terms of order one.
+                // Tolerance: rounding of sums of some hundred terms of order one.
                 assert!((found - expected).abs() < 1e-11 * (1.0 + expected.abs()), "{name}: {found} {expected}");
             }
         }

@@ -1,4 +1,4 @@
-//! Gaps of a model's bodies to floors, walls and each other, for the search and the proof of a motion.
+//! Gaps between the bodies of a model, and from them to floors and walls, for the search and the proof of a motion.
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -20,30 +20,32 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::output::directory_of;
 
-/// The gaps of a model's bodies.
+/// The gaps between the bodies of a model, and from them to floors and walls.
 pub(crate) struct RobotSurroundings {
     clearance: Clearance,
-    /// In a fixed order.
+    /// The gaps, in a fixed order.
     pub(crate) gaps: Vec<Gap>,
     /// Requirements that the gaps do not cover.
     pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// Number of random poses that decide which links always touch.
+/// Number of random poses by which it is decided which pairs of links always touch. Such pairs are not checked.
 const SAMPLED_POSES: u64 = 1000;
-/// Seed of the random poses. They depend on the description alone: no motion file changes which pairs are checked.
+/// Seed of these random poses. The poses depend on the description alone, so a motion file cannot change which pairs are
+/// checked.
 const POSES_SEED: u64 = 39;
-/// Half range in which a coordinate without limits is sampled: rad where it turns, m where it slides.
+/// A coordinate without limits is sampled from minus this value to plus this value: rad for a turning joint, m for a sliding
+/// one.
 const UNLIMITED_HALF_RANGE: (f64, f64) = (std::f64::consts::PI, 0.25);
 /// Number of instants of a motion at which the lowest point is searched.
 const LOWEST_POINT_INSTANTS: u32 = 2000;
 
 impl RobotSurroundings {
-    /// The gaps that `user` requires of the model; the requirements of the motion's own file, `own`, can only make them
-    /// tighter. `limits`: one per coordinate, narrowed by `margins`.
+    /// The gaps that `user` requires of the model. `own`: the requirements in the motion's own file, which can only be tighter.
+    /// `limits`: one per coordinate, already narrowed by `margins`.
     ///
-    /// Fails where `user` names a link that is not there, has a wall without direction, or asks for what the robot
-    /// cannot reach, and where nothing bounds how far margins of joints move a body.
+    /// Fails if `user` names a link that does not exist, has a wall without direction, or asks for a distance that the robot
+    /// cannot keep. Fails also if nothing bounds how far an error of a joint (`margins`) moves a body.
     pub(crate) fn new(
         model: &Model,
         user: &SpaceLimits,
@@ -54,7 +56,8 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// [`RobotSurroundings::new`]; `assumes_floor`: the plane of the base is the floor where no file says otherwise.
+    /// Does what [`RobotSurroundings::new`] does. `assumes_floor`: the plane of the base is the floor, if no file says
+    /// otherwise.
     pub(crate) fn on_floor(
         model: &Model,
         user: &SpaceLimits,
@@ -85,7 +88,7 @@ impl RobotSurroundings {
         Ok(RobotSurroundings { clearance, gaps, left_out })
     }
 
-    /// A note on the meshes that are cut into convex pieces; `None` without such meshes.
+    /// A note that lists the meshes that are cut into convex pieces; `None` if there are none.
     pub(crate) fn note(&self) -> Option<String> {
         let of = |(link, shapes): &(String, usize)| format!("{link} into {shapes}");
         let all: Vec<String> = self.clearance.cut_bodies().iter().map(of).collect();
@@ -102,12 +105,12 @@ impl RobotSurroundings {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
     }
 
-    /// Height of the floor, m.
+    /// Height of the floor, m; `None` if there is no floor.
     pub(crate) fn floor(&self) -> Option<f64> {
         self.clearance.floor()
     }
 
-    /// The lowest point of the moving links along a motion, searched at discrete instants.
+    /// The lowest point of the moving links along a motion, searched at discrete instants; `None` without such links.
     pub(crate) fn lowest(&self, motion: &Motion) -> Option<LowestPoint> {
         let at = |k: u32| {
             let time_s = motion.duration() * f64::from(k) / f64::from(LOWEST_POINT_INSTANTS);
@@ -118,7 +121,7 @@ impl RobotSurroundings {
         (0..=LOWEST_POINT_INSTANTS).filter_map(at).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
     }
 
-    /// The lowest point of the moving links along a trajectory, searched at instants of every segment.
+    /// The lowest point of the moving links along a trajectory, searched at discrete instants of every segment.
     pub(crate) fn lowest_of(&self, course: &dyn Trajectory) -> Option<LowestPoint> {
         let stretches = course.stretches();
         let instants = (LOWEST_POINT_INSTANTS as usize).div_ceil(stretches.len().max(1)).max(1);
@@ -131,12 +134,12 @@ impl RobotSurroundings {
         all.filter_map(|(i, k)| at(i, k)).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
     }
 
-    /// The coordinates that change a gap.
+    /// The indices of the coordinates that change the gap with index `gap`.
     pub(crate) fn moved_by(&self, gap: usize) -> Vec<usize> {
         self.clearance.moved_by(gap)
     }
 
-    /// The surroundings; `None` where there are no gaps.
+    /// These surroundings for a proof; `None` if there are no gaps.
     pub(crate) fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }
@@ -159,7 +162,8 @@ impl Surroundings for RobotSurroundings {
     }
 }
 
-/// The pose of rest, the pose zero, and random poses within the limits of the description.
+/// The poses and moving coordinates from which the default floor and the always touching pairs of links are decided: rest pose
+/// and zero pose, as near to zero as the limits allow, and random poses within the limits of the description.
 fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     let place = |k: usize| {
         let half = if model.regressor().is_prismatic(k) { UNLIMITED_HALF_RANGE.1 } else { UNLIMITED_HALF_RANGE.0 };
@@ -180,8 +184,8 @@ fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     }
 }
 
-/// Errors of the bodies' positions by the margins of joints and bodies. Fails where a sliding joint with a margin has no
-/// limits of position.
+/// Largest position errors of the bodies that the margins of joints and bodies allow. Fails if a sliding joint with a margin
+/// has no limits of position.
 fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargins) -> Result<BodyErrors, String> {
     let names = model.regressor().coordinates();
     let joints = margins.of_joints(names);
@@ -194,7 +198,7 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user asked for the requirement that is left out.
+/// Whether the user asked for the requirement `matter`, which the gaps do not cover.
 fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
         LeftOutTopic::Distance => user.distance.is_some(),
@@ -208,7 +212,7 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<ClearanceRules
     let numbered = |what: &str, k: usize, count: usize| {
         if count == 1 { format!("the {what}") } else { format!("{what} {}", k + 1) }
     };
-    // Requirements of the motion's file count only where they are not weaker than the user's.
+    // A requirement in the motion's file counts only if it is at least as strict as the user's.
     let space = own.map_or_else(|| user.clone(), |own| own.held_to(user));
     let mut half_spaces = Vec::new();
     for (k, wall) in space.walls.iter().enumerate() {
@@ -219,7 +223,8 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<ClearanceRules
         let sides = HalfSpace::sides_of_box(&numbered("box", k, space.boxes.len()), cell.low, cell.high)?;
         half_spaces.extend(sides.into_iter().map(|side| HalfSpace { links: cell.links.clone(), ..side }));
     }
-    // The height that the user names, else the plane of the base at the height that the motion's file names.
+    // The user's floor has priority. Otherwise the floor is the plane of the base, at the height in the motion's file if it has
+    // one.
     let floor = match space.floor {
         Some(Floor::At(height)) => FloorRule::At(height),
         Some(Floor::Word(_)) => FloorRule::Nowhere,

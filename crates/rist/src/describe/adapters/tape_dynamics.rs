@@ -1,6 +1,6 @@
-//! Inertia matrix and bias torque evaluated by tape.
+//! Inertia matrix A and bias torque h of a robot, evaluated by tapes.
 //!
-//! A regressor gives A and h by n + 1 evaluations of Y; the functions derived for A and h take a tenth of that time.
+//! The regressor Y also gives A and h, by n + 1 evaluations; the functions derived for A and h take a tenth of that time.
 
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use expr::Tape;
@@ -11,14 +11,14 @@ use crate::tape::thread_tapes::ThreadTapes;
 
 /// tau = A(q) ddq + h(q, dq) of a robot with given base parameters.
 struct TapeDynamics {
-    /// A(q) and h(q, dq).
+    /// The tape of A(q), then the tape of h(q, dq).
     tapes: ThreadTapes,
     n: usize,
 }
 
-/// The dynamics of a model with these base parameters, in N m and rad; missing parameters count as zero.
+/// The dynamics of a model with the base parameters `parameters`, in N m and rad; missing parameters count as zero.
 ///
-/// Where loops are closed numerically, the dynamics are computed by the regressor, which has the solver.
+/// If loops are closed numerically, A and h are computed from the regressor, which has the solver for the passive joints.
 pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '_> {
     parameters.resize(model.regressor().parameters().len(), 0.0);
     let derivation = Derivation::new(&model.robot).ok().filter(|_| model.robot.passive.is_empty());
@@ -28,7 +28,7 @@ pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '
     let inertia = derivation.inertia_matrix(&model.parameters).bound();
     let bias = derivation.bias(&model.parameters).bound();
     Box::new(TapeDynamics {
-        // X is the last input of both.
+        // The parameters X are the last input of both functions.
         tapes: ThreadTapes::new([inertia, bias].map(|of| Tape::new(&of).with_last_inputs(&parameters)).into()),
         n: model.robot.n_coordinates(),
     })
@@ -80,7 +80,7 @@ mod tests {
                 let (found, expected) = (of(tapes.as_ref(), &q, &dq), of(&regressor, &q, &dq));
                 for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
                     let largest = expected.abs().max(1.0);
-                    // Sums of a few hundred terms of order one; the regressor's A is a difference of torques.
+                    // Rounding of sums of a few hundred terms of order one; the regressor's A is a difference of torques.
                     assert!((found - expected).abs() < 1e-10 * largest, "{name}: {found} {expected}");
                 }
             }

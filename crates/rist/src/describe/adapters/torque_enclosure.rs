@@ -1,6 +1,8 @@
-//! The torque of a robot on jets of its motion: each node of the model's function is evaluated in interval arithmetic.
+//! Interval bounds of the torques of a robot along a motion: each node of the model's function is evaluated with jets (value
+//! and derivatives in time) of intervals.
 //!
-//! tau(q, dq, ddq, X) of the described standard parameters; or Y(q, dq, ddq) X of identified base parameters.
+//! The function is tau(q, dq, ddq, X) with the standard parameters of the description, or Y(q, dq, ddq) times identified base
+//! parameters X.
 
 use experiments::excitation::proof::EnclosedTorque;
 use expr::{Expr, Function, Node};
@@ -9,17 +11,17 @@ use numerics::jet::Jet;
 
 use crate::describe::model::Model;
 
-/// tau(q, dq, ddq) with parameters in place.
+/// Interval bounds of tau(q, dq, ddq) with fixed numbers for the parameters.
 pub(crate) struct TorqueEnclosure<'a> {
     function: &'a Function,
-    /// The standard parameters, inputs of the function.
+    /// The values of the standard parameters, the last inputs of the function.
     values: Vec<f64>,
-    /// Base parameters, by which the outputs of the function are multiplied. If empty, the outputs are the torques.
+    /// Base parameters X, by which the outputs Y are multiplied. If empty, the outputs are the torques.
     multiples: Vec<f64>,
 }
 
 impl<'a> TorqueEnclosure<'a> {
-    /// `None` where no link has inertial parameters, or joints are found numerically.
+    /// The torques of the description. `None` if no link has inertial parameters, or if joints are solved numerically.
     pub(crate) fn new(model: &'a Model) -> Option<TorqueEnclosure<'a>> {
         if !model.robot.passive.is_empty() || model.nominal_parameters().is_none() {
             return None;
@@ -29,8 +31,8 @@ impl<'a> TorqueEnclosure<'a> {
         Some(TorqueEnclosure { function: &model.torque, values, multiples: vec![] })
     }
 
-    /// The torques of identified base parameters; `None` where joints are found numerically, or where the model has another
-    /// number of parameters.
+    /// The torques of identified base parameters. `None` if joints are solved numerically, or if the number of parameters is
+    /// zero or differs from the model's.
     pub(crate) fn identified(model: &'a Model, parameters: &[f64]) -> Option<TorqueEnclosure<'a>> {
         let fits = model.robot.passive.is_empty()
             && !parameters.is_empty()
@@ -45,7 +47,7 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         let nodes = self.function.graph().nodes();
         let mut values = vec![Jet::constant(Interval::ZERO); nodes.len()];
         let constants = self.values.iter().map(|x| Jet::constant(Interval::point(*x)));
-        // The inputs in their order: q, dq, ddq, then the described parameters, which are points.
+        // The inputs in their order: q, dq, ddq, then the standard parameters, which are intervals of width zero.
         let given = q.iter().chain(dq).chain(ddq).copied().chain(constants);
         for (e, jet) in self.function.inputs.iter().flat_map(|i| &i.entries).zip(given) {
             values[e.node()] = jet;
@@ -88,7 +90,7 @@ mod tests {
         let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
         let model = Model::read(format!("{models}/ur5.urdf")).unwrap();
         let described = model.nominal_parameters().unwrap();
-        // Two formulas of the same torques.
+        // Both formulas give the same torques.
         for enclosure in [TorqueEnclosure::new(&model), TorqueEnclosure::identified(&model, &described)] {
             hold(&model, &enclosure.unwrap(), &described);
         }
@@ -96,7 +98,7 @@ mod tests {
 
     fn hold(model: &Model, enclosure: &TorqueEnclosure, described: &[f64]) {
         let n = model.regressor().coordinates().len();
-        // q_k = sin((k + 1) t) with its derivatives.
+        // The motion is q_k = sin((k + 1) t); this is its derivative of order `d` at time `t`.
         let derivative = |k: usize, d: i32, t: f64| {
             let w = (k + 1) as f64;
             w.powi(d) * (w * t + f64::from(d) * std::f64::consts::FRAC_PI_2).sin()
@@ -120,9 +122,9 @@ mod tests {
                 let tau = experiments::simulate::dynamics::torque(model.regressor(), described, &q, &dq, &ddq);
                 for k in 0..n {
                     let held = Jet::over_interval(thin[k], wide[k], part - Interval::point(middle));
-                    // The two formulas differ by the rounding of some hundred operations at 100 N m.
+                    // Tolerance: the two formulas differ by the rounding of some hundred operations at 100 N m.
                     assert!(held.low <= tau[k] + 1e-10 && held.high >= tau[k] - 1e-10, "{t} {k}: {held:?} {}", tau[k]);
-                    // Slopes of 1000 N m/s over 4 ms.
+                    // Bound of the width: torques change by at most 1000 N m/s during 4 ms.
                     assert!(held.width() < 8.0, "{held:?}");
                 }
             }

@@ -1,4 +1,5 @@
-//! The delay of the torques: on request, or where the log check finds one and a held-out segment is predicted better with it.
+//! Finds the delay of the torques after the positions: if the request asks for it, or if the log check finds one and held-out
+//! data are then predicted better.
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::hypothesis::Hypothesis;
@@ -13,7 +14,7 @@ use crate::fit::search::{
     Decisions, Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts,
 };
 
-/// The delay with the smallest residual; `None` where it is given, or not found by the log check.
+/// Proposes the delay with the smallest residual. `None` if the user gives a delay, or if the log check finds none.
 pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request) = (tried.model, tried.asked.logs, tried.asked.request);
     if request.finds_delay() {
@@ -26,7 +27,7 @@ pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     {
         return Ok(None);
     }
-    // Without a minimum of the residual the torques are not shifted; the log check reports this.
+    // If the residual has no minimum, the torques are not shifted; the log check reports this.
     let Ok((options, found)) = found_delay(model, logs, &tried.options) else { return Ok(None) };
     let errors = [error_on_parts(model, logs, &tried.options)?, error_on_parts(model, logs, &options)?];
     let sentence = format!(
@@ -41,8 +42,8 @@ pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     Ok(Some(proposal))
 }
 
-/// The delay with the smallest residual, and the options with it. Fails where the residual still falls at the end of the
-/// search.
+/// The options with the delay of the smallest residual, and this delay. Fails if the residual still falls at the end of the
+/// searched range.
 fn found_delay(model: &Model, logs: &[LogSource], options: &Options) -> Result<(Options, Delay), Error> {
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {

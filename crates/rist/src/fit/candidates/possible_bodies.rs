@@ -1,10 +1,11 @@
-//! Physically possible bodies, where the logs are poor: least squares fits weakly identified parameters to the noise, and
-//! other motions are then predicted badly.
+//! Restricts the parameters to physically possible bodies if the logs are poor: least squares then fits weakly identified
+//! parameters to the noise, and predicts other motions badly.
 //!
-//! A log is poor where the error of least squares on held-out data is much larger than on the fitted data, or about as large
-//! as the error of the description: noise then dominates. Possible bodies are taken where they predict held-out quarters of
-//! the record better, in the first case by far. Measured, error on another motion: 0.501 -> 0.177 (KUKA KR300, B for A),
-//! 0.114 -> 0.064 (cobot6, 1 for 2). A for B would be 0.351 -> 0.144, but the quarters of A are predicted worse: not taken.
+//! A log is poor if the error of least squares on held-out data is much larger than on the fitted data, or about as large as
+//! the error of the description (noise then dominates). Possible bodies are kept if they predict held-out quarters of the
+//! record better, in the first case by far. Measured errors on another motion, without -> with possible bodies: 0.501 -> 0.177
+//! (KUKA KR300, a fit to log B predicts log A), 0.114 -> 0.064 (cobot6, a fit to log 1 predicts log 2). A fit to A would
+//! predict B with 0.144 instead of 0.351, but the held-out quarters of A worse: not kept.
 
 use identification::estimate::consistent::errors_on_quarters;
 use identification::estimate::identify::Fit;
@@ -18,21 +19,23 @@ use crate::fit::search::{
     Decisions, Evidence, Fitted, KeptParameters, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO,
 };
 
-/// Error on held-out tenths over the error of the fit, from which on a log is poor. Rich logs of a UR10e have 1.09 to 1.12;
-/// a log of five harmonics, which predicts other motions worse, has 1.17.
+/// A log is poor if the error on held-out tenths, divided by the error of the fit, is at least this value. Rich logs of a UR10e
+/// have 1.09 to 1.12; a log of five harmonics, which predicts other motions worse, has 1.17.
 const POOR_ERROR_RATIO: f64 = 1.15;
-/// Error of the description with fitted friction, over the error on held-out tenths, up to which noise dominates.
+/// Noise dominates if the error of the description with fitted friction, divided by the error on held-out tenths, is at most
+/// this value.
 const NOISY_ERROR_RATIO: f64 = 1.1;
-/// Largest number of coordinates: the solver takes too long with more.
+/// Largest number of coordinates for which possible bodies are tried: with more, the solver takes too long.
 const MOST_COORDINATES: usize = 12;
 
-/// |tau - W X| / |tau| with these base parameters, and friction fitted to their residual.
+/// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to their residual.
 pub(crate) fn nominal_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
     let linear = options.linear_model(model.regressor());
     nominal_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
 }
 
-/// The fit with physically possible bodies; `None` where the log is rich, the quarters have no fit, or the request decides.
+/// Proposes the fit with physically possible bodies. `None` if the log is rich, if a quarter cannot be fitted, or if the
+/// request decides.
 pub(crate) fn possible_bodies(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, options) = (tried.model, tried.options.clone());
     if tried.asked.kept != KeptParameters::All || model.robot.n_coordinates() > MOST_COORDINATES {

@@ -1,5 +1,5 @@
-//! Rotor inertias that a description does not give: taken where held-out data are predicted better with them, or where one
-//! is significant.
+//! Adds rotor inertias that a description does not give, if held-out data are predicted better with them, or if one of them is
+//! significant.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;
@@ -10,7 +10,8 @@ use crate::error::Error;
 use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO};
 use crate::fit::undetermined::{lack, may_lack_rotors, rotating};
 
-/// Rotors of all joints, by the errors on held-out data. Where they are not taken, the rows without them are kept for the fit.
+/// Proposes rotor inertias of all joints, if the errors on held-out data are smaller with them. If they are rejected, the rows
+/// without them are kept for the fit.
 pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     if !may_lack_rotors(model) {
@@ -34,7 +35,8 @@ pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, E
     proposal(tried, evidence, sentence)
 }
 
-/// Rotors of all joints, where one is significant in the fit, although the errors on held-out data hardly fall.
+/// Proposes rotor inertias of all joints, if one of them is significant in the fit, although the errors on held-out data hardly
+/// fall.
 pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     let fitted = tried.fitted()?;
@@ -53,7 +55,7 @@ pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<
     proposal(tried, evidence, sentence)
 }
 
-/// The model with rotors, which needs a new derivation, where the evidence is enough.
+/// Proposes the model with rotors, which is derived anew; `None` if the evidence is too weak.
 fn proposal(tried: &TriedVariant<'_>, evidence: Evidence, sentence: String) -> Result<Option<Proposal>, Error> {
     if !evidence.is_enough() {
         return Ok(None);

@@ -1,14 +1,15 @@
-//! An identification with unknowns in addition to the parameters: mount, zeros, scales, springs.
+//! Identifies unknowns in addition to the parameters: mount, encoder zeros, torque scales, springs.
 //!
-//! Gauss-Newton: the model and the options hold a guess, a step of
-//! [`step`](identification::estimate::claims::unknowns::step) estimates its error, and the logs are evaluated again with the
-//! corrected guess, until no step exceeds a tenth of its standard deviation. The final identification is an ordinary one
-//! with the unknowns found; its standard deviations include the uncertainty of the unknowns.
+//! Method: Gauss-Newton. The model and the options hold a guess of the unknowns. A step of
+//! [`step`](identification::estimate::claims::unknowns::step) estimates the error of the guess, and the logs are evaluated
+//! again with the corrected guess. This repeats until each step is below a tenth of its standard deviation. The final
+//! identification is an ordinary one with the unknowns found; its standard deviations include the uncertainty of the unknowns.
 //!
-//! The mount is the direction of gravity in the frame of the base, a unit vector with two steps across it ([`axes`]), since
-//! roll and pitch are singular for an arm on a wall. Roll and pitch are computed from it and rounded to the printed digits,
-//! so that the printed line gives exactly this model. A spring is taken where it is at least [`FOUND_FAULT_SIGMAS`] standard
-//! deviations from zero: the least significant other one is removed, and the search is repeated.
+//! The mount is described by the direction of gravity in the frame of the base: a unit vector, with two small rotations across
+//! it as unknowns ([`axes`]), since roll and pitch are singular for an arm on a wall. Roll and pitch are computed from the
+//! direction and rounded to the printed digits, so that the printed line gives exactly this model. A spring is kept if it is at
+//! least [`FOUND_FAULT_SIGMAS`] standard deviations from zero: otherwise the least significant one is removed, and the search
+//! is repeated.
 
 use identification::estimate::claims::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis, UndeterminedMechanics};
 use identification::estimate::claims::unknowns::{UnknownStep, ZERO_PRIOR_RAD, step};
@@ -33,32 +34,32 @@ use crate::request::{SamplesRequest, UnknownKind, WordChoice};
 
 /// Largest number of steps; errors of 30 degrees took five.
 const MOST_STEPS: usize = 12;
-/// A step below this share of its standard deviation counts as zero.
+/// A step below this share of its standard deviation counts as zero: the iteration then ends.
 const SETTLED_SHARE: f64 = 0.1;
-/// A step below this share of the unknown (1, or the spring's stiffness) counts as zero, where the log has no noise: rounding
-/// of a derivative by differences.
+/// A step below this share of the unknown (1, or the spring's stiffness) counts as zero, if the log has no noise: it is the
+/// rounding of a derivative by differences.
 const ROUNDED_STEP_SHARE: f64 = 1e-6;
-/// Largest step of an angle for which the linearisation holds, rad.
+/// Largest step of an angle for which the linearisation is good enough, rad; larger steps are cut to it.
 const LARGEST_ANGLE_STEP_RAD: f64 = 0.5;
-/// Largest relative step of a scale for which the linearisation holds.
+/// Largest relative step of a scale for which the linearisation is good enough; larger steps are cut to it.
 const LARGEST_SCALE_STEP: f64 = 0.5;
 
-/// Decisions that precede a fit in which unknowns are tested.
+/// The decisions that are taken before a fit in which unknowns are tested.
 pub(crate) const BEFORE_THE_FIT: [VariantProposer; 4] = [gains, rates, rotors, delay];
 
-/// Values of the unknowns that are assumed until the next step.
+/// The values of the unknowns that are assumed until the next step.
 struct Guess {
     /// Gravity in the frame of the base, m/s^2.
     gravity: Vector3<f64>,
     zeros: Vec<f64>,
     scales: Vec<f64>,
     springs: Vec<f64>,
-    /// Springs that are not significant, with their values as text.
+    /// Springs that were removed as not significant, with their values as text.
     no_springs: Vec<(Hypothesis, String)>,
 }
 
 impl Guess {
-    /// The values of the options; zeros, unit scales and no springs where these say nothing.
+    /// The initial guess: the values in the options; if these give none, offsets of 0, scales of 1 and no springs.
     fn of(model: &Model, request: &SamplesRequest) -> Guess {
         let n = model.robot.n_coordinates();
         let transmission = request.options().transmission;
@@ -71,7 +72,7 @@ impl Guess {
         }
     }
 
-    /// Corrects the guess by steps; `gravity`: the vector with which they were computed, m/s^2.
+    /// Corrects the guess by `steps`. `gravity`: the vector with which the steps were computed, m/s^2 in the frame of the base.
     fn take(&mut self, steps: &[UnknownStep], gravity: Vector3<f64>) {
         let mut turn = Vector3::zeros();
         for UnknownStep { of, identified, .. } in steps {
@@ -94,7 +95,8 @@ impl Guess {
         self.gravity = Rotation3::from_scaled_axis(turn) * gravity;
     }
 
-    /// Removes the least significant spring, where it is below [`FOUND_FAULT_SIGMAS`] standard deviations.
+    /// Removes the least significant spring, if it is less than [`FOUND_FAULT_SIGMAS`] standard deviations from zero. Returns
+    /// whether one was removed.
     fn leave_a_spring_out(&mut self, model: &Model, steps: &[UnknownStep]) -> bool {
         let sigmas = |step: &UnknownStep| match (&step.of, step.identified) {
             (Hypothesis::Spring(k), Some((_, deviation))) => self.springs[*k].abs() / deviation,
@@ -107,14 +109,14 @@ impl Guess {
         true
     }
 
-    /// Whether a step is negligible against its standard deviation or rounding.
+    /// Whether a step is negligible compared with its standard deviation or with rounding.
     fn is_settled(&self, step: &UnknownStep) -> bool {
         let Some((by, deviation)) = step.identified else { return true };
         let scale = if let Hypothesis::Spring(k) = step.of { self.springs[k].abs() } else { 1.0 };
         by.abs() < (SETTLED_SHARE * deviation).max(ROUNDED_STEP_SHARE * scale)
     }
 
-    /// The request with the guess of zeros, scales and springs in its options.
+    /// The request with the guessed zeros, scales and springs in its options.
     fn request(&self, request: &SamplesRequest) -> SamplesRequest {
         let mut options = request.rows.signals.options.clone().unwrap_or_default();
         let transmission = &mut options.transmission;
@@ -138,10 +140,10 @@ impl Guess {
         rounded_rpy(&base(model, &self.gravity), 7)
     }
 
-    /// Repeats steps until one is negligible; returns the last step and whether it was. `described`: the zeros of the
-    /// description, rad or m.
+    /// Repeats steps until one is negligible. Returns the last step of each unknown, and whether these steps were negligible.
+    /// `described`: the zeros of the description, rad or m.
     ///
-    /// Fails where a log cannot be read.
+    /// Fails if a log cannot be read.
     fn settle(
         &mut self,
         model: &Model,
@@ -168,36 +170,37 @@ impl Guess {
         Ok((steps, false))
     }
 
-    /// The model with the base mounted as guessed.
+    /// The model with its base mounted as in the guess.
     fn model(&self, model: &Model) -> Result<Model, Error> {
         let rpy = self.rpy(model);
         model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy))
     }
 }
 
-/// Results for the unknowns of a request.
+/// The result for the unknowns that a request asks for.
 pub(crate) struct Unknowns {
-    /// The model with the identified mount, where the mount is an unknown.
+    /// The model with the identified mount; `None` if the mount was not an unknown.
     pub model: Option<Model>,
-    /// The request with the other unknowns in its options, and no unknowns left.
+    /// The request with the values of the other unknowns in its options, and no unknowns left to find.
     pub request: SamplesRequest,
-    /// The last step.
+    /// The last step of each unknown.
     pub steps: Vec<UnknownStep>,
-    /// Whether the last step was negligible.
+    /// Whether the last steps were negligible, so that the iteration converged.
     pub is_settled: bool,
-    /// A sentence on each kind.
+    /// A sentence on each kind of unknown.
     pub remarks: Vec<String>,
 }
 
 impl Unknowns {
-    /// Finds the unknowns of the request.
+    /// Finds the unknowns that the request asks for.
     ///
-    /// Fails where a log cannot be read, and for robots of more than 12 coordinates.
+    /// Fails if a log cannot be read, or if the robot has more than 12 coordinates.
     pub(crate) fn find(model: &Model, logs: &[LogSource], request: &SamplesRequest) -> Result<Unknowns, Error> {
         let turns = request.unknowns.contains(&UnknownKind::Mount);
         let mut guess = Guess::of(model, request);
         if turns {
-            // A step holds for small rotations: the guess starts at the direction of gravity that the described bodies give.
+            // A step is accurate only for small rotations: so the guess starts at the direction of gravity with which the
+            // described bodies fit best.
             let mut options = guess.request(request).options();
             drive_gains(model, logs, &request.gain, &mut options)?;
             let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -246,10 +249,10 @@ fn kind(of: &Hypothesis) -> Option<UnknownKind> {
     }
 }
 
-/// A sentence on each kind: the values found, and the option that sets them.
+/// A sentence on each kind of unknown: the values found, and the option that sets them.
 fn remarks(model: &Model, guess: &Guess, steps: &[UnknownStep], unknowns: &[UnknownKind]) -> Vec<String> {
     let of_kind = |unknown: UnknownKind| {
-        // Identifiable rotations of gravity are shown as a direction.
+        // Identifiable rotations of gravity are shown together, as a direction.
         let is_shown = |s: &&UnknownStep| {
             kind(&s.of) == Some(unknown) && (unknown != UnknownKind::Mount || s.identified.is_none())
         };
@@ -282,11 +285,11 @@ fn option(name: &str, values: &[f64]) -> String {
     format!("in the file of [options]: transmission: {{{name}: [{}]}}", values.join(", "))
 }
 
-/// `gravity along (-0.02, 1.00, 0.05) of the base +- 0.13 deg: roll 87.1 deg, pitch 1.2 deg`.
+/// Text of the mount: `gravity along (-0.02, 1.00, 0.05) of the base +- 0.13 deg: roll 87.1 deg, pitch 1.2 deg`.
 fn direction(model: &Model, guess: &Guess, steps: &[UnknownStep]) -> String {
     let along: Vec<String> = guess.gravity.normalize().iter().map(|x| format!("{x:.3}")).collect();
     let of_mount = steps.iter().filter(|step| matches!(step.of, Hypothesis::Mount(_)));
-    // Where a rotation is not identifiable, the standard deviation of the direction is not known.
+    // If a rotation is not identifiable, the standard deviation of the direction is unknown.
     let squares: Option<Vec<f64>> =
         of_mount.map(|step| step.identified.map(|(_, deviation)| deviation * deviation)).collect();
     let deviation = squares.map_or(String::new(), |squares| {
@@ -296,7 +299,7 @@ fn direction(model: &Model, guess: &Guess, steps: &[UnknownStep]) -> String {
     format!("gravity along ({}) of the base{deviation}: roll {roll} deg, pitch {pitch} deg", along.join(", "))
 }
 
-/// `q2 6.82 deg +- 0.13 deg`.
+/// Text of one unknown: `q2 6.82 deg +- 0.13 deg`.
 fn shown(model: &Model, guess: &Guess, step: &UnknownStep) -> String {
     let name = |k: usize| model.regressor().coordinates()[k].clone();
     let stiffness = |k: usize| if model.regressor().is_prismatic(k) { "N/m" } else { "N m/rad" };

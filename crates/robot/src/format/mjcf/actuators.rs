@@ -1,7 +1,7 @@
-//! `<actuator>`: the driven joints, their gears and largest efforts.
+//! Reads `<actuator>`: the driven joints, their gear ratios and largest efforts.
 //!
-//! With gear g, `armature` J (kg m^2) and `damping` d (N m s/rad) an actuator adds g^2 J to the rotor inertia of its joint and
-//! g^2 d to its viscous friction, as in MuJoCo.
+//! An actuator with gear g, `armature` J (kg m^2) and `damping` d (N m s/rad) adds g^2 J to the rotor inertia of its joint
+//! and g^2 d to the viscous friction of its joint, as in MuJoCo.
 
 use super::defaults::{Defaults, View};
 use super::element::MjcfElement;
@@ -11,17 +11,17 @@ use crate::format::shown::shown;
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// The drive of a joint.
+/// The actuator of a joint: whether it exists, its gear ratio and its largest effort.
 #[derive(Clone, Debug)]
 pub(super) struct MjcfActuator {
     pub is_driven: bool,
-    /// Angle of the actuator per angle of the joint.
+    /// Gear ratio: angle of the actuator per angle of the joint.
     pub gear: f64,
-    /// Largest effort of the actuators on the joint, N m or N.
+    /// Largest effort of the actuators at the joint, N m or N; `None` without a limit.
     pub effort: Option<f64>,
 }
 
-/// The drives of the joints, in their order. Adds the armature and damping of the actuators to the joints.
+/// The actuator data of each joint, in the order of `joints`. Adds the armature and damping of the actuators to the joints.
 pub(super) fn drives(
     root: &MjcfElement,
     defaults: &Defaults,
@@ -46,7 +46,7 @@ pub(super) fn drives(
                     shown(name)
                 )));
             }
-            // No measured torque drives a free joint.
+            // A free joint is not driven by a measured torque.
             if armature != 0.0 || damping.iter().any(|d| *d != 0.0) {
                 left_out("moves no hinge and no slide: its `armature` and `damping` are not read");
             }
@@ -73,7 +73,7 @@ pub(super) fn drives(
     Ok(drives)
 }
 
-/// A note on gears other than one, of the joints that are coordinates, with the line for a log of motor positions and torques.
+/// A note on gear ratios other than one. It contains a line that the user can add for a log of motor positions and torques.
 pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a MjcfActuator)>) -> Option<Note> {
     let all: Vec<(&str, f64)> = coordinates.map(|(name, drives)| (name, drives.gear)).collect();
     let geared: Vec<String> =
@@ -88,7 +88,7 @@ pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a MjcfActu
     (!geared.is_empty()).then(|| Note { subject: "actuators".into(), text })
 }
 
-/// The largest effort of an actuator on its joint, N m or N; `None` where it has no limit.
+/// The largest effort of an actuator at its joint, N m or N; `None` without a limit.
 fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
     let within = |range: &str, limited: &str| -> Result<Option<f64>, Error> {
         let given = view.vector::<2>(range)?.filter(|[low, high]| low < high);
@@ -96,7 +96,7 @@ fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
         Ok(given.filter(|_| is_limited).map(|[low, high]| low.abs().max(high.abs())))
     };
     let force = within("forcerange", "forcelimited")?;
-    // The force of a motor is its control.
+    // For a `motor`, the force equals the control, so the control range is also a limit of the force.
     let control = if view.element.tag == "motor" { within("ctrlrange", "ctrllimited")? } else { None };
     let least = match (force, control) {
         (Some(a), Some(b)) => Some(a.min(b)),
@@ -105,7 +105,7 @@ fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
     Ok(least.map(|force| force * gear.abs()).filter(|force| *force > 0.0))
 }
 
-/// Whether any element of the world is a joint of this name.
+/// Whether a joint or free joint with this name exists, outside of `<actuator>`.
 fn root_has_joint(element: &MjcfElement, name: &str) -> bool {
     let is_it = |e: &MjcfElement| ["joint", "freejoint"].contains(&e.tag.as_str()) && e.attribute("name") == Some(name);
     element.children.iter().filter(|e| e.tag != "actuator").any(|e| is_it(e) || root_has_joint(e, name))

@@ -1,6 +1,6 @@
-//! The bodies of a model, each with its pose in its parent, its joints, shapes and inertial.
+//! Reads the bodies of a model: the pose of each body in its parent, and its joints, shapes and inertial.
 //!
-//! A `<frame>` moves the elements in it and is no body. The world is the first body; the others follow depth first, in
+//! A `<frame>` is not a body: it moves the elements inside it. The world is the first body. The others follow depth first in
 //! the order of the file, which is also the order of MuJoCo's coordinates.
 
 use super::compiler::Compiler;
@@ -14,28 +14,28 @@ use crate::inertial::Pose;
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
-/// A body of the file.
+/// A body of the model.
 pub(super) struct MjcfBody<'a> {
     pub name: String,
     pub element: &'a MjcfElement,
-    /// The index of the parent; `None` for the world.
+    /// Index of the parent body; `None` for the world.
     pub parent: Option<usize>,
-    /// The pose of its frame in the parent's frame, at the joint positions of the file.
+    /// Pose of the body's frame in the parent's frame, at the joint positions of the file.
     pub pose: Pose,
-    /// The joints, each with the pose of the `<frame>` around it in the body.
+    /// The joints of the body. Each has the pose of the `<frame>` around it, relative to the body.
     pub joints: Vec<(View<'a>, Pose)>,
     pub inertial: Option<View<'a>>,
     pub shapes: Vec<MjcfShape<'a>>,
-    /// The sites on it, by name.
+    /// The sites on the body: name and pose of each.
     pub sites: Vec<(String, Pose)>,
 }
 
-/// The elements that a body may contain.
+/// The elements that may occur inside a body.
 const CHILDREN: [&str; 10] =
     ["body", "frame", "joint", "freejoint", "inertial", "geom", "site", "camera", "light", "plugin"];
-/// Elements that create bodies from other files or by rules.
+/// Elements that generate bodies from other files or by rules. They are refused.
 const MAKERS: [&str; 4] = ["attach", "replicate", "composite", "flexcomp"];
-/// The attributes of the elements that are read, to find misspelt attributes.
+/// The valid attributes of some elements, by which misspelt attributes are found.
 const ATTRIBUTES: [(&str, &str); 4] = [
     ("body", "name childclass pos quat axisangle euler xyaxes zaxis mocap gravcomp user sleep"),
     ("inertial", "pos quat axisangle euler xyaxes zaxis mass diaginertia fullinertia"),
@@ -48,7 +48,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
     ("freejoint", "name group align"),
 ];
 
-/// The bodies of all `<worldbody>` elements.
+/// Reads the bodies of all `<worldbody>` elements.
 pub(super) fn bodies<'a>(
     root: &'a MjcfElement,
     defaults: &'a Defaults,
@@ -81,7 +81,7 @@ struct BodyWalk<'a, 'n> {
 }
 
 impl<'a> BodyWalk<'a, '_> {
-    /// Reads the children of an element: of a body, or of a `<frame>` with the pose `frame` in the body.
+    /// Reads the children of an element: of a body, or of a `<frame>` with pose `frame` relative to the body.
     fn inside(
         &mut self,
         element: &'a MjcfElement,
@@ -161,7 +161,7 @@ impl<'a> BodyWalk<'a, '_> {
     }
 }
 
-/// Refuses a misspelt attribute, which would be ignored without notice.
+/// Fails if an attribute is misspelt, because it would otherwise be ignored without notice.
 fn check_attributes(element: &MjcfElement) -> Result<(), Error> {
     let Some((_, known)) = ATTRIBUTES.iter().find(|e| e.0 == element.tag) else { return Ok(()) };
     let known = || known.split_whitespace();

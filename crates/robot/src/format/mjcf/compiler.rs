@@ -1,4 +1,4 @@
-//! `<compiler>`: units and interpretation of the numbers of a model; and orientations, which depend on it.
+//! Reads `<compiler>`, which sets the units and the meaning of numbers; converts angles and orientations accordingly.
 
 use std::f64::consts::PI;
 
@@ -10,32 +10,32 @@ use crate::kinematics::sin_cos;
 use crate::robot::Note;
 use crate::vector::{Matrix3, Vector3, cross, dot, norm, plus_scaled, product, rotation_by, scaled};
 
-/// Whether the inertia of a body is computed from its shapes.
+/// Whether the inertia of a body is computed from its shapes (`inertiafromgeom`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum InertiaFromGeom {
     Never,
     Always,
-    /// Only where the body has no `<inertial>`.
+    /// Only if the body has no `<inertial>`.
     Auto,
 }
 
-/// A quaternion with a smaller square of its norm has no direction.
+/// A quaternion has no direction if its squared norm is below this.
 const SMALLEST_QUATERNION_SQUARE: f64 = 1e-20;
-/// A vector with a smaller norm has no direction.
+/// A vector has no direction if its norm is below this.
 const SMALLEST_DIRECTION_NORM: f64 = 1e-9;
-/// Two directions with a smaller sine of the angle between them count as parallel.
+/// Two directions count as parallel if the sine of the angle between them is below this.
 const PARALLEL_SINE: f64 = 1e-10;
 
-/// The merged values of all `<compiler>` elements.
+/// The settings of all `<compiler>` elements together.
 #[derive(Clone, Debug)]
 pub(super) struct Compiler {
     pub angles: AngleSnapping,
     degrees: bool,
-    /// Three of x y z (about the turned axes) and X Y Z (about the axes of the parent).
+    /// Sequence of three Euler axes. x y z: axes of the rotated frame; X Y Z: axes of the parent frame.
     euler: [char; 3],
     pub ranges_are_limits: bool,
     pub inertia_from_geom: InertiaFromGeom,
-    /// Lowest and highest group of the shapes that contribute to the mass.
+    /// Lowest and highest group number of the shapes that contribute to the mass.
     pub groups: (f64, f64),
     pub least_mass: f64,
     pub least_inertia: f64,
@@ -67,7 +67,7 @@ impl Compiler {
         Ok(compiler)
     }
 
-    /// Reads one element; its values replace the values of earlier elements.
+    /// Reads one `<compiler>` element. Its values replace the values of earlier elements.
     fn take(&mut self, view: View) -> Result<(), Error> {
         if view.choice("coordinate", &["local", "global"])? == Some(1) {
             let message = "`coordinate=\"global\"` is not read, nor by MuJoCo since 2.3.4: save the model with an older \
@@ -104,12 +104,13 @@ impl Compiler {
         Ok(())
     }
 
-    /// An angle of the file, rad.
+    /// Converts an angle of the file to rad.
     pub(super) fn angle(&self, angle: f64) -> f64 {
         if self.degrees { angle * PI / 180.0 } else { angle }
     }
 
-    /// Sine and cosine of an angle of a frame, exact for a rounded multiple of pi.
+    /// Sine and cosine of an angle of the file. They are exact if the angle is a rounded multiple of pi. A replaced angle
+    /// gets a note.
     fn turn(&self, view: View, angle: f64, snapped: &mut Vec<Note>) -> (f64, f64) {
         let given = self.angle(angle);
         let taken = angle_snap::given_angle(given, self.angles);
@@ -117,7 +118,7 @@ impl Compiler {
         sin_cos(&taken, &[])
     }
 
-    /// The orientation of an element in its parent. Fails where two forms of it are given.
+    /// The orientation of an element in its parent frame. Fails if the element gives its orientation in two forms.
     pub(super) fn orientation(&self, view: View, snapped: &mut Vec<Note>) -> Result<Matrix3, Error> {
         let own = |name: &&str| view.element.attribute(name).is_some();
         let mut given = ORIENTATIONS.iter().filter(|name| own(name));
@@ -156,13 +157,14 @@ impl Compiler {
             };
             let axis = [0, 1, 2].map(|i| if i == k { 1.0 } else { 0.0 });
             let turn = rotation_by(axis, self.turn(view, angle, snapped));
-            // A small letter turns about the axis after the turns before, a capital about the axis of the parent.
+            // A small letter means a rotation about the already rotated axis; a capital letter means a rotation about the
+            // axis of the parent.
             rotation = if letter.is_lowercase() { product(&rotation, &turn) } else { product(&turn, &rotation) };
         }
         rotation
     }
 
-    /// The rotation of a quaternion w x y z of any norm except zero.
+    /// The rotation matrix of a quaternion w x y z. It is normalised first; fails if it is zero.
     pub(super) fn quaternion(&self, view: View, [w, x, y, z]: [f64; 4]) -> Result<Matrix3, Error> {
         let length = dot([x, y, z], [x, y, z]) + w * w;
         if length < SMALLEST_QUATERNION_SQUARE {
@@ -179,7 +181,7 @@ impl Compiler {
     }
 }
 
-/// The unit vector of a direction.
+/// The unit vector along the vector of attribute `name`. Fails if the vector is zero.
 pub(super) fn direction(view: View, name: &str, vector: Vector3) -> Result<Vector3, Error> {
     let length = norm(vector);
     if length < SMALLEST_DIRECTION_NORM {
@@ -188,11 +190,11 @@ pub(super) fn direction(view: View, name: &str, vector: Vector3) -> Result<Vecto
     Ok(scaled(vector, 1.0 / length))
 }
 
-/// The smallest rotation that takes z to a unit vector.
+/// The smallest rotation that turns the z axis into the unit vector `z`.
 pub(super) fn to_z(z: Vector3) -> Matrix3 {
     let across = cross([0.0, 0.0, 1.0], z);
     let sine = norm(across);
-    // For opposite directions the axis is arbitrary; MuJoCo turns about x.
+    // For the opposite direction the axis of rotation is arbitrary. MuJoCo uses x.
     let axis = if sine < PARALLEL_SINE { [1.0, 0.0, 0.0] } else { scaled(across, 1.0 / sine) };
     let sine = if sine < PARALLEL_SINE { 0.0 } else { sine };
     rotation_by(axis, (sine, z[2]))

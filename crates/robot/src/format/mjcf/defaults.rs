@@ -1,7 +1,7 @@
-//! `<default>` classes: the attributes that an element does not have itself.
+//! Reads `<default>` classes, which supply the attributes that an element does not have itself.
 //!
-//! A class inherits the attributes of the class around it and replaces some of them. An element takes its `class`, or the
-//! nearest `childclass` above it, or the class `main`.
+//! A class inherits the attributes of the class around it and replaces some of them. The class of an element is its `class`,
+//! otherwise the nearest `childclass` above it, otherwise `main`.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,20 @@ use crate::error::Error;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// Attributes with the orientation of an element: any of them replaces the others.
+/// The attributes that can give an orientation. If an element has one of them, it replaces all orientations of the class.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
 type Attributes = BTreeMap<String, String>;
 
-/// The classes of a description, by name, each with the attributes of each kind of element.
+/// The classes of a model: for each name, the attributes of each kind of element.
 pub(super) struct Defaults {
     classes: BTreeMap<String, BTreeMap<&'static str, Attributes>>,
 }
 
-/// The class of an element without a class.
+/// Name of the class for elements without a class.
 const MAIN: &str = "main";
 
-/// The kind of an element: elements of one kind share their defaults. `None` for an element without defaults.
+/// The kind of an element. Elements of the same kind share their defaults. `None` for an element without defaults.
 fn kind(tag: &str) -> Option<&'static str> {
     const ACTUATORS: &str = "general motor position velocity intvelocity pid damper cylinder muscle adhesion dcmotor";
     match tag {
@@ -40,7 +40,7 @@ impl Defaults {
     pub(super) fn new(root: &MjcfElement) -> Result<Defaults, Error> {
         let mut defaults = Defaults { classes: BTreeMap::from([(MAIN.to_string(), BTreeMap::new())]) };
         for element in root.children("default") {
-            // The outermost class is `main` and may have a second name, which elements can also use.
+            // The outermost class is `main`. It may have a second name, which elements can also use.
             let name = element.attribute("class").unwrap_or(MAIN).to_string();
             defaults.class(element, MAIN)?;
             let main = defaults.classes.get(MAIN).cloned().unwrap_or_default();
@@ -49,7 +49,7 @@ impl Defaults {
         Ok(defaults)
     }
 
-    /// Adds the attributes of a `<default>` to a class, then reads the classes inside it.
+    /// Adds the attributes of a `<default>` element to a class, then reads the classes inside the element.
     fn class(&mut self, element: &MjcfElement, name: &str) -> Result<(), Error> {
         let mut attributes = self.classes.get(name).cloned().unwrap_or_default();
         for child in element.children.iter().filter(|child| child.tag != "default") {
@@ -69,7 +69,8 @@ impl Defaults {
         Ok(())
     }
 
-    /// An element with the defaults of its class; `inherited`: the nearest `childclass`.
+    /// The element with the defaults of its class. `inherited`: the nearest `childclass` above it. Fails if the class
+    /// does not exist.
     pub(super) fn view<'a>(&'a self, element: &'a MjcfElement, inherited: Option<&'a str>) -> Result<View<'a>, Error> {
         let class = element.attribute("class").or(inherited).unwrap_or(MAIN);
         let Some(kinds) = self.classes.get(class) else {
@@ -80,7 +81,7 @@ impl Defaults {
     }
 }
 
-/// An element with its defaults.
+/// An element of the model together with the defaults of its class.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub element: &'a MjcfElement,
@@ -88,14 +89,14 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// An element without defaults.
+    /// The element without defaults.
     pub(super) fn bare(element: &'a MjcfElement) -> View<'a> {
         View { element, default: None }
     }
 
     pub(super) fn get(&self, name: &str) -> Option<&'a str> {
         let own = self.element.attribute(name);
-        // An orientation of the element itself replaces every orientation of its class.
+        // If the element itself has an orientation, all orientations of its class are ignored.
         let has_own = || self.element.attributes.iter().any(|a| ORIENTATIONS.contains(&a.0.as_str()));
         if own.is_none() && ORIENTATIONS.contains(&name) && has_own() {
             return None;

@@ -1,7 +1,7 @@
-//! The elements of an MJCF and of the files that it includes, with their places.
+//! Reads the XML elements of an MJCF and of the files that it includes, with their places in the text.
 //!
-//! An included file is searched in the folder of the description, then in the folder of the file that includes it, and
-//! nowhere outside the folder of the description. It is read only once, so that includes cannot repeat without end.
+//! An included file is searched first in the folder of the description, then in the folder of the file that includes it. It
+//! must be inside the folder of the description. Each file is read only once, so includes cannot repeat without end.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -13,14 +13,14 @@ use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 
-/// Largest depth of nested elements, above the depth of any robot; the readers below descend by recursion.
+/// Largest depth of nested elements; no real robot needs more. The readers of elements are recursive.
 const MAX_ELEMENT_DEPTH: usize = 300;
 /// Largest total size of all included files, bytes.
 const MAX_INCLUDED_BYTES: u64 = 16 << 20;
-/// Largest number of elements of a description and its included files.
+/// Largest number of elements of a description and its included files together.
 const MAX_ELEMENTS: usize = 500_000;
 
-/// An element with its attributes and children, without comments and text.
+/// An XML element with its attributes and children, without comments and text.
 #[derive(Clone, Debug)]
 pub(super) struct MjcfElement {
     pub tag: String,
@@ -40,7 +40,7 @@ impl MjcfElement {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
-    /// Whether the last `<flag>` with the attribute `name` disables it.
+    /// Whether the last `<flag>` element with the attribute `name` sets it to `disable`.
     pub(super) fn disables(&self, name: &str) -> bool {
         let flags = self.children("option").flat_map(|option| option.children("flag"));
         flags.filter_map(|flag| flag.attribute(name)).last() == Some("disable")
@@ -55,7 +55,7 @@ impl MjcfElement {
         Error { place, message: message.into() }
     }
 
-    /// `joint `elbow``, or `<joint>` where it has no name.
+    /// The element as text for a message: `joint `elbow``, or `<joint>` if it has no name.
     pub(super) fn called(&self) -> String {
         match self.attribute("name") {
             Some(name) => format!("{} `{}`", self.tag, shown(name)),
@@ -64,9 +64,9 @@ impl MjcfElement {
     }
 }
 
-/// The root of a description, with included elements in the places of their includes.
+/// Reads the root element of a description. Each `<include>` is replaced by the elements of its file.
 ///
-/// `folder`: the folder of the description; `None` for a text without a file, which cannot include others.
+/// `folder`: folder of the description. `None`: the text is not from a file, so it cannot include others.
 pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<MjcfElement, Error> {
     let mut reader = MjcfReader { folder, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
     let root = reader.file(text, file, folder, 0)?;
@@ -79,9 +79,9 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<Mjcf
 struct MjcfReader<'a> {
     folder: Option<&'a Path>,
     included: Vec<PathBuf>,
-    /// Bytes of included files that may still be read.
+    /// Number of bytes of included files that may still be read.
     bytes: u64,
-    /// Elements that may still be read.
+    /// Number of elements that may still be read.
     elements: usize,
 }
 
@@ -132,7 +132,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// The elements that replace an `<include>`.
+    /// Reads the elements of an included file, which replace the `<include>`.
     fn include(
         &mut self,
         element: &MjcfElement,
@@ -163,7 +163,7 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The path of a file that a description names: in the folder `top` or `beside`, and not outside `top`.
+/// The path of a file that a description names. It is searched in the folder `top`, then in `beside`, and must be inside `top`.
 pub(super) fn inside(top: &Path, beside: &Path, name: &str) -> Result<PathBuf, String> {
     let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
     let (top, beside) = (folder(top), folder(beside));

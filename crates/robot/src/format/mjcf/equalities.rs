@@ -1,9 +1,8 @@
-//! `<equality>`: joints that follow other joints, and points of two bodies that coincide.
+//! Reads `<equality>`: joints that follow other joints, and points of two bodies that coincide.
 //!
-//! A `<joint>` of first order is a following joint: q_1 - ref_1 = a_0 + a_1 (q_2 - ref_2). A `<connect>` between links
-//! that move in one plane is a hinge normal to it. It closes a loop with passive joints: the three equations of a
-//! plane determine two undriven joints and the angle of the hinge itself. All other equalities get a note, and the robot is
-//! read without them.
+//! A `<joint>` equality of first order makes a joint follow another: q_1 - ref_1 = a_0 + a_1 (q_2 - ref_2). A `<connect>` between
+//! links that move in one plane becomes a hinge normal to this plane. It closes a loop with passive joints: the three equations
+//! in the plane determine two undriven joints and the angle of the hinge. All other equalities are ignored, with a note.
 
 use super::actuators::MjcfActuator;
 use super::bodies::MjcfBody;
@@ -21,19 +20,19 @@ use crate::robot::Note;
 use crate::vector::{Vector3, cross, dot, norm, turned};
 use gate::suggestion::did_you_mean;
 
-/// Largest sine of the angle between parallel axes; largest cosine between perpendicular ones.
+/// Axes count as parallel if the sine of their angle is at most this, and as perpendicular if its cosine is at most this.
 const PARALLEL_SINE: f64 = 1e-6;
 
-/// The equalities of a model.
+/// The content of `<equality>`: following joints and loops.
 pub(super) struct Equalities {
-    /// The leader of each joint.
+    /// For each joint, the joint that it follows, or itself.
     pub follows: Vec<Follows>,
     pub loops: Vec<FileLoop>,
-    /// The joints that only a loop moves.
+    /// Indices of the joints that are moved only by a loop.
     pub passive: Vec<usize>,
 }
 
-/// Reads `<equality>`.
+/// Reads the `<equality>` elements of a model.
 pub(super) fn equalities(
     root: &MjcfElement,
     defaults: &Defaults,
@@ -43,7 +42,7 @@ pub(super) fn equalities(
     mimic: Mimic,
     notes: &mut Vec<Note>,
 ) -> Result<Equalities, Error> {
-    // An additional last joint never moves: it is the leader of locked joints.
+    // A last joint is added that never moves. It is the leader of locked joints.
     let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
     let mut connects = Vec::new();
     let is_off = ["equality", "constraint"].into_iter().find(|flag| root.disables(flag));
@@ -78,7 +77,7 @@ pub(super) fn equalities(
     let name = |k: usize| moved.joints.get(k).map_or("", |joint| joint.name.as_str());
     let mut follows = resolved(&next, name).map_err(|(k, what)| moved.joints[k].view.element.error(what))?;
     for (follows, joint) in follows.iter_mut().zip(&moved.joints) {
-        // From the position of the joint to its displacement from the position in the file.
+        // Converts the offset from joint positions to displacements from the position in the file.
         follows.offset -= joint.reference;
     }
     let closing = Closing { bodies, moved, drives, follows: &follows };
@@ -86,7 +85,8 @@ pub(super) fn equalities(
     Ok(Equalities { follows, loops, passive })
 }
 
-/// The joint that an equality moves, and its leader. Fails where a joint is unknown or the relation is not affine.
+/// Reads a `<joint>` equality: the index of the joint that follows, and its leader. Fails if a joint is unknown or if the
+/// relation is not affine.
 fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     let find = |key: &str| -> Result<Option<usize>, Error> {
         let Some(name) = view.get(key) else { return Ok(None) };
@@ -100,7 +100,7 @@ fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     let coefficients = view.numbers("polycoef", 1, 5)?.unwrap_or_default();
     let a = |k: usize| coefficients.get(k).copied().unwrap_or(if k == 1 { 1.0 } else { 0.0 });
     let Some(leader) = find("joint2")? else {
-        // Locked at the constant term of the polynomial.
+        // The joint is locked at the constant term of the polynomial.
         let offset = moved.joints[follower].reference + a(0);
         return Ok(Some((follower, Follows { leader: moved.joints.len(), multiplier: 0.0, offset })));
     };
@@ -118,7 +118,7 @@ fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     Ok(Some((follower, Follows { leader, multiplier: a(1), offset: own + a(0) - a(1) * other })))
 }
 
-/// The data that close the loops of a tree of joints.
+/// The data for finding the loops of a model.
 struct Closing<'a, 'b> {
     bodies: &'b [MjcfBody<'a>],
     moved: &'b Moved<'a>,
@@ -126,15 +126,15 @@ struct Closing<'a, 'b> {
     follows: &'b [Follows],
 }
 
-/// A `<connect>` between links that move in one plane.
+/// A `<connect>` between links that move in one plane, as a hinge.
 struct Hinge {
     one: FileLoop,
-    /// The undriven joints around the loop, starting nearest to the base.
+    /// Indices of the undriven joints around the loop, the nearest to the base first.
     undriven: Vec<usize>,
 }
 
 impl Closing<'_, '_> {
-    /// The loops of all connects, and their passive joints.
+    /// The loops of all `<connect>` elements, and the indices of their passive joints.
     fn loops(&self, connects: &[View], notes: &mut Vec<Note>) -> Result<(Vec<FileLoop>, Vec<usize>), Error> {
         let mut hinges = Vec::new();
         let mut open = Vec::new();
@@ -147,7 +147,7 @@ impl Closing<'_, '_> {
         let mut passive: Vec<usize> = hinges.iter().flat_map(|(hinge, _)| hinge.undriven.clone()).collect();
         passive.sort_unstable();
         passive.dedup();
-        // In a single loop, two joints are passive; surplus undriven joints nearest to the base become coordinates.
+        // A single loop has two passive joints. If it has more undriven joints, those nearest to the base become coordinates.
         if let (1, Some(surplus)) = (hinges.len(), passive.len().checked_sub(2)) {
             passive.drain(..surplus);
         }
@@ -163,7 +163,7 @@ impl Closing<'_, '_> {
         Ok((hinges.into_iter().map(|(hinge, _)| hinge.one).collect(), passive))
     }
 
-    /// A connect as a hinge normal to the plane of its loop; `None` where there is no such plane.
+    /// Converts a `<connect>` to a hinge normal to the plane of its loop. `None` if the loop does not move in a plane.
     fn hinge(&self, view: View) -> Result<Option<Hinge>, Error> {
         let Some(ends) = self.ends(view)? else { return Ok(None) };
         let above = ends.map(|(body, _)| self.above(body));
@@ -192,8 +192,8 @@ impl Closing<'_, '_> {
         Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
     }
 
-    /// The two bodies of a connect, each with its point in the base frame at the joint positions of the file, m. `None` where
-    /// one of them is not part of the robot.
+    /// The two bodies of a `<connect>`, each with its point in the base frame at the joint positions of the file, m. `None`
+    /// if a body is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
         let body = |key: &str| -> Result<usize, Error> {
@@ -226,7 +226,7 @@ impl Closing<'_, '_> {
         Ok(Some(ends).filter(|ends| ends.iter().all(|(b, _)| is_part(*b))))
     }
 
-    /// The joints from the base to a body.
+    /// Indices of the joints on the path from the base to a body.
     fn above(&self, body: usize) -> Vec<usize> {
         let joints = std::iter::successors(self.moved.carriers[body].0, |&k| self.moved.joints[k].given.antecedent);
         let mut joints: Vec<usize> = joints.collect();
@@ -234,7 +234,7 @@ impl Closing<'_, '_> {
         joints
     }
 
-    /// The pose of a joint's frame in the base, at the joint positions of the file.
+    /// Pose of a joint's frame in the base frame, at the joint positions of the file.
     fn joint_pose(&self, k: usize) -> Pose {
         let given = &self.moved.joints[k].given;
         given.antecedent.map_or(given.pose, |i| self.joint_pose(i).compose(&given.pose))

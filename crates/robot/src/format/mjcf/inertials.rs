@@ -1,4 +1,4 @@
-//! The inertial parameters of a body: from its `<inertial>`, or from its shapes.
+//! Reads the inertial parameters of a body: from its `<inertial>`, or computed from its shapes.
 
 use super::compiler::{Compiler, InertiaFromGeom};
 use super::defaults::View;
@@ -14,16 +14,16 @@ use crate::principal::principal_axes;
 use crate::robot::Note;
 use crate::vector::{Vector3, minus, norm, plus, product, scaled, transposed};
 
-/// A shape of a body, with its pose in the body's frame.
+/// A shape (`<geom>`) of a body, with its pose in the frame of the body.
 pub(super) struct MjcfShape<'a> {
     pub view: View<'a>,
     pub kind: &'static str,
     pub pose: Pose,
-    /// Half lengths and radii as in MJCF, m.
+    /// Half lengths and radii, as in MJCF, m.
     pub size: Vector3,
 }
 
-/// The kinds of `<geom>`, with the number of sizes that each needs.
+/// The types of `<geom>`, each with the number of sizes that it needs.
 const KINDS: [(&str, usize); 9] = [
     ("sphere", 1),
     ("capsule", 2),
@@ -36,13 +36,13 @@ const KINDS: [(&str, usize); 9] = [
     ("sdf", 0),
 ];
 
-/// Density of a shape without mass and density, kg/m^3.
+/// Density of a shape for which the file gives neither mass nor density, kg/m^3.
 const WATER_DENSITY: f64 = 1000.0;
-/// Smallest distance of the two ends of `fromto`, m.
+/// The two ends of `fromto` must have at least this distance, m.
 const SMALLEST_FROMTO_M: f64 = 1e-12;
 
 impl<'a> MjcfShape<'a> {
-    /// A `<geom>`; `frame`: the pose of the `<frame>` around it in the body.
+    /// Reads a `<geom>`. `frame`: pose of the `<frame>` around it, relative to the body.
     pub(super) fn new(
         view: View<'a>,
         frame: &Pose,
@@ -70,7 +70,7 @@ impl<'a> MjcfShape<'a> {
             let half = length / 2.0;
             size = match kind {
                 "capsule" | "cylinder" => [size[0], half, 0.0],
-                // The first size is both breadth and depth.
+                // The first size is used for both width and depth.
                 _ => [size[0], size[0], half],
             };
             has = has.max(if has > 0 { 3 } else { 0 });
@@ -82,7 +82,7 @@ impl<'a> MjcfShape<'a> {
         Ok(MjcfShape { view, kind, pose: frame.compose(&own), size })
     }
 
-    /// The volume of the shape; `None` where it has no volume. Fails where it cannot be computed.
+    /// The volume of the shape. `None` if its type has no volume. Fails if the volume cannot be computed.
     fn volume(&self, meshes: &Meshes) -> Result<Option<Volume>, String> {
         let [a, b, c] = self.size;
         if self.view.flag("shellinertia").map_err(|e| e.message)? == Some(true) && self.kind != "mesh" {
@@ -102,7 +102,7 @@ impl<'a> MjcfShape<'a> {
         }))
     }
 
-    /// The inertial of the shape; `None` where it has no mass.
+    /// The inertial of the shape. `None` if it has no mass.
     fn part(&self, meshes: &Meshes) -> Result<Option<Part>, Error> {
         let (mass, density) = (self.view.number("mass")?, self.view.number("density")?.unwrap_or(WATER_DENSITY));
         if mass == Some(0.0) || (mass.is_none() && density == 0.0) {
@@ -119,7 +119,7 @@ impl<'a> MjcfShape<'a> {
         Ok(Some(volume.part(&self.pose, mass.map_or(density, |mass| mass / volume.volume))))
     }
 
-    /// The collision shape; `None` where the shape never collides.
+    /// The collision shape. `None` if the shape is excluded from all collisions.
     pub(super) fn collision(&self, body: &str, meshes: &Meshes) -> Result<Option<Collision>, Error> {
         let is_off = |name: &str| Ok::<bool, Error>(self.view.number(name)? == Some(0.0));
         if is_off("contype")? && is_off("conaffinity")? {
@@ -144,7 +144,7 @@ impl<'a> MjcfShape<'a> {
     }
 }
 
-/// The inertial of a body; `None` where the file gives none.
+/// The inertial of a body. `None` if the file gives none.
 pub(super) fn part(
     name: &str,
     inertial: Option<View>,
@@ -166,7 +166,7 @@ pub(super) fn part(
         }
     }
     let part = match inertial {
-        // Where no shape has a mass, MuJoCo keeps the <inertial> of the body.
+        // If no shape has a mass, MuJoCo keeps the `<inertial>` of the body.
         Some(inertial) if parts.is_empty() => Some(explicit(inertial, compiler, snapped)?),
         _ => sum(&parts).and_then(|x| Part::from_parameters(name.to_string(), &x, Pose::IDENTITY.rotation)),
     };
@@ -175,7 +175,7 @@ pub(super) fn part(
     Ok(Some(part).filter(|part| part.mass != 0.0 || part.inertia.iter().any(|i| *i != 0.0)))
 }
 
-/// The inertial of an `<inertial>` element. Fails where it is incomplete or contradictory.
+/// Reads an `<inertial>` element. Fails if it is incomplete or contradictory.
 fn explicit(view: View, compiler: &Compiler, snapped: &mut Vec<Note>) -> Result<Part, Error> {
     let require = |x: Option<f64>| x.ok_or_else(|| view.element.error("<inertial> has no `mass`"));
     let mass = require(view.number("mass")?)?;
@@ -203,7 +203,7 @@ fn explicit(view: View, compiler: &Compiler, snapped: &mut Vec<Note>) -> Result<
     Ok(Part { name: String::new(), pose: Pose { rotation, position }, mass, inertia })
 }
 
-/// The inertial after the bounds of `<compiler>`: least mass, least principal moments, balanced moments.
+/// Applies the bounds of `<compiler>` to an inertial: least mass, least principal moments, balanced principal moments.
 fn bounded(mut part: Part, compiler: &Compiler) -> Part {
     part.mass = part.mass.max(compiler.least_mass);
     if compiler.least_inertia <= 0.0 && !compiler.balances {

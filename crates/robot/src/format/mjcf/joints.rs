@@ -1,7 +1,7 @@
-//! The joints of bodies: hinges and slides about points and axes of their body.
+//! Reads the joints of the bodies: hinges and slides, each about a point and an axis of its body.
 //!
-//! Several joints of one body are in series, the first one nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ...
-//! There is a massless link between each two of them. The position of a joint is counted from its `ref`.
+//! Several joints of one body are in series; the first is nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ... Between two
+//! consecutive joints there is a massless link. The position of a joint equals its `ref` at the pose in the file.
 
 use super::bodies::MjcfBody;
 use super::compiler::{Compiler, direction};
@@ -14,36 +14,37 @@ use crate::inertial::Pose;
 use crate::robot::{Friction, Limits, Note, RotorInertia};
 use crate::vector::turned;
 
-/// A hinge or a slide.
+/// A hinge (revolute joint) or a slide (prismatic joint).
 pub(super) struct MjcfJoint<'a> {
     pub name: String,
     pub view: View<'a>,
-    /// The body that it moves.
+    /// Index of the body that the joint moves.
     pub body: usize,
     pub given: JointPlacement,
-    /// Its position (`ref`) at the body's pose in the file, rad or m.
+    /// Position of the joint (`ref`) at the pose of the body in the file, rad or m.
     pub reference: f64,
     pub limits: Limits,
     pub friction: Friction,
     pub armature: f64,
 }
 
-/// The note on a `damping` of several numbers.
+/// The note if `damping` has several numbers.
 pub(super) const POLYNOMIAL_DAMPING: &str = "is damped by a polynomial of its speed; the first coefficient is read";
 
-/// The bodies in the frames of the joints that move them.
+/// All joints of the model, and the bodies relative to the frames of these joints.
 pub(super) struct Moved<'a> {
     /// The joints, antecedents first, in the order of MuJoCo's coordinates.
     pub joints: Vec<MjcfJoint<'a>>,
-    /// For each body the joint that carries it (`None`: the base), and the pose of its frame in the joint's frame.
+    /// For each body: index of the joint that carries it (`None`: the base), and pose of the body in the frame of this joint.
     pub carriers: Vec<(Option<usize>, Pose)>,
-    /// The body whose free joint is the floating base.
+    /// Index of the body with the free joint that is the floating base; `None` for a fixed base.
     pub floating: Option<usize>,
-    /// Whether each body is part of the robot: a body that floats alone is not, nor is the world around a floating robot.
+    /// For each body, whether it belongs to the robot. A separate floating body does not, and neither does the world around
+    /// a floating robot.
     pub is_part: Vec<bool>,
 }
 
-/// The type of a joint of a body.
+/// The type of a joint in MJCF.
 #[derive(Clone, Copy, PartialEq)]
 enum MjcfJointType {
     Hinge,
@@ -60,7 +61,7 @@ fn kind(view: View) -> Result<MjcfJointType, Error> {
     Ok([MjcfJointType::Hinge, MjcfJointType::Slide, MjcfJointType::Ball, MjcfJointType::Free][which])
 }
 
-/// The joints of the bodies. `floats`: whether a floating base was requested.
+/// Reads the joints of the bodies. `floats`: whether a floating base was requested.
 pub(super) fn moved<'a>(
     bodies: &[MjcfBody<'a>],
     compiler: &Compiler,
@@ -80,7 +81,7 @@ pub(super) fn moved<'a>(
         place.rotation = crate::angle_snap::exact(&place.rotation);
         for (view, frame) in &body.joints {
             let joint = joint(*view, frame, b, (carrier, place), body, compiler, notes)?;
-            // The joint's frame has its origin at the joint's point: the body is at -point in it.
+            // The origin of the joint frame is at the point of the joint, so the body is at -point in this frame.
             place = Pose { position: joint.1.map(|x| -x), ..Pose::IDENTITY };
             carrier = Some(all.joints.len());
             all.joints.push(joint.0);
@@ -91,9 +92,9 @@ pub(super) fn moved<'a>(
     Ok(all)
 }
 
-/// The bodies with a free joint, each with this joint.
+/// The bodies that have a free joint: index of the body, and the free joint.
 ///
-/// Fails at a ball joint, and at a free joint that is not the only joint of a body of the world.
+/// Fails if there is a ball joint, or a free joint that is not the only joint of a child of the world.
 fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     let mut free = Vec::new();
     for (b, body) in bodies.iter().enumerate() {
@@ -119,10 +120,10 @@ fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     Ok(free)
 }
 
-/// The body that is the floating base, and whether each body is part of the robot.
+/// The index of the body that is the floating base, and for each body whether it belongs to the robot.
 fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
     let free = free(bodies)?;
-    // The child of the world that carries each body.
+    // For each body, the child of the world that carries it.
     let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
     for (b, body) in bodies.iter().enumerate() {
         top.push(match body.parent {
@@ -179,7 +180,7 @@ fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Op
     Ok((floating, (0..bodies.len()).map(is_part).collect()))
 }
 
-/// A joint, and its point in the frame of its body, m.
+/// Reads a joint; also returns its point in the frame of its body, m.
 fn joint<'a>(
     view: View<'a>,
     frame: &Pose,
@@ -238,7 +239,7 @@ fn limits(view: View, compiler: &Compiler, position: impl Fn(f64) -> f64) -> Res
     })
 }
 
-/// Names joints without a name after their body, and refuses a name that is used twice.
+/// Gives each joint without a name a name made of the name of its body: `BODY_joint`. Fails if a name is used twice.
 fn name(joints: &mut [MjcfJoint], bodies: &[MjcfBody]) -> Result<(), Error> {
     for k in 0..joints.len() {
         let own = joints[k].name.clone();

@@ -1,4 +1,4 @@
-//! Notes on the elements of a model that are not part of the mechanism.
+//! Notes on the elements of a model that are ignored because they are not part of the mechanism.
 
 use super::bodies::MjcfBody;
 use super::element::MjcfElement;
@@ -6,10 +6,10 @@ use super::joints::MjcfJoint;
 use crate::error::Error;
 use crate::robot::Note;
 
-/// Sections that get no note: they are read elsewhere, or are irrelevant for the mechanism.
+/// Sections without a note: they are read elsewhere, or do not matter for the mechanism.
 const SILENT: &str = "compiler option size visual statistic default asset worldbody custom keyframe equality actuator";
 
-/// Adds one note on the sections that are not read, one on `gravcomp` and one on springs.
+/// Adds a note on sections that are not read, a note on `gravcomp`, and a note on springs, if the model has them.
 pub(super) fn note(
     root: &MjcfElement,
     bodies: &[MjcfBody],

@@ -1,7 +1,7 @@
-//! Mass properties of shapes: volume, and inertia about the centre of mass, for a density of one.
+//! Mass properties of shapes at unit density: volume, and inertia about the centre of mass.
 //!
-//! Lengths are half lengths as in MJCF; for a density rho, mass and inertia are rho times these. A capsule is a cylinder of
-//! half length h with half a ball at each end:
+//! Lengths are half lengths, as in MJCF. For a density rho, mass and inertia are rho times these values. A capsule of radius
+//! r is a cylinder (volume V_c) of half length h with a half ball at each end (together V_b):
 //!
 //! ```text
 //! I_zz = V_c r^2/2 + 2/5 V_b r^2
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use crate::inertial::{Part, Pose};
 use crate::vector::{Matrix3, Vector3, cross, dot, minus, norm, plus};
 
-/// A body of density one in its own frame: volume, centre, and xx xy xz yy yz zz about the centre.
+/// A body of unit density in its own frame: volume, centre of mass, and xx xy xz yy yz zz about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Volume {
     pub volume: f64,
@@ -53,7 +53,7 @@ impl Volume {
         Volume::of(cylinder.volume + balls.volume, [across, across, along])
     }
 
-    /// The body with a density, kg/m^3, placed in the frame of a link.
+    /// The inertial of this body with a density, kg/m^3. `pose`: pose of the body's frame in the frame of the link.
     pub(super) fn part(&self, pose: &Pose, density: f64) -> Part {
         let own = Pose { position: self.centre, ..Pose::IDENTITY };
         Part {
@@ -65,25 +65,26 @@ impl Volume {
     }
 }
 
-/// The computation of the volume within a surface.
+/// The method by which the volume inside a surface is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Enclosure {
-    /// Tetrahedra with their signs: right for any closed surface with outward faces.
+    /// Tetrahedra with signed volumes: correct for any closed surface with outward faces.
     Exact,
-    /// Tetrahedra without their signs: MuJoCo's default; too large where a mesh is not convex.
+    /// Tetrahedra with absolute volumes: MuJoCo's default. The volume is too large if the mesh is not convex.
     Legacy,
-    /// The faces themselves, without an inside.
+    /// The mass is on the faces themselves; the inside is empty.
     Shell,
 }
 
-/// The volume within triangles; for a shell, their area.
+/// Volume, centre of mass and inertia of the solid inside triangles. For a shell, the area replaces the volume.
 ///
 /// ```text
 /// V = sum V_t,  V_t = det(a, b, c)/6     c V = sum V_t (a + b + c)/4
 /// sum x_i x_j = V_t/20 ((a+b+c)(a+b+c)' + aa' + bb' + cc')
 /// ```
-/// with corners a, b, c relative to a point. This point is the mean of the faces for the centre, and the centre for volume
-/// and inertia: without signs the result depends on the point, and MuJoCo uses these. Fails where nothing is enclosed.
+/// a, b, c: corners of a triangle relative to a reference point. This point is the mean of the faces when the centre is
+/// computed, and the centre when volume and inertia are computed. MuJoCo uses these points, and the result without signs
+/// depends on them. Fails if no volume is enclosed.
 pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Volume, String> {
     let inside = face_centre(triangles);
     let (volume, first) = first_moments(triangles, inside, how);
@@ -98,8 +99,8 @@ pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Vol
     Ok(Volume { volume, centre, inertia })
 }
 
-/// A tetrahedron between a triangle and a point: its corners relative to the point, their sum, and its volume; for a shell
-/// the area of the triangle.
+/// The tetrahedron between a triangle and a point: its corners relative to the point, the sum of these corners, and its
+/// volume. For a shell, the area of the triangle replaces the volume.
 fn tetrahedron(corners: &[Vector3; 3], point: Vector3, how: Enclosure) -> ([Vector3; 3], Vector3, f64) {
     let [a, b, c] = corners.map(|p| minus(p, point));
     let size = match how {
@@ -110,7 +111,7 @@ fn tetrahedron(corners: &[Vector3; 3], point: Vector3, how: Enclosure) -> ([Vect
     ([a, b, c], plus(a, plus(b, c)), size)
 }
 
-/// Volume and first moment of the tetrahedra between triangles and a point, about the point.
+/// Volume and first moment of the tetrahedra between triangles and a point; the moment is relative to the point.
 fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Vector3) {
     let parts = if matches!(how, Enclosure::Shell) { 3.0 } else { 4.0 };
     let (mut volume, mut first) = (0.0, [0.0; 3]);
@@ -122,7 +123,7 @@ fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> 
     (volume, first)
 }
 
-/// Volume and second moment of the tetrahedra between triangles and a point, about the point.
+/// Volume and second moment of the tetrahedra between triangles and a point; the moment is relative to the point.
 fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Matrix3) {
     let parts = if matches!(how, Enclosure::Shell) { 12.0 } else { 20.0 };
     let (mut volume, mut upper) = (0.0, [0.0; 6]);
@@ -137,7 +138,7 @@ fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) ->
     (volume, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 }
 
-/// The mean of the centres of triangles, weighted by their areas.
+/// The mean of the centres of triangles, weighted by area.
 fn face_centre(triangles: &[[Vector3; 3]]) -> Vector3 {
     let (mut sum, mut area) = ([0.0; 3], 0.0);
     for [a, b, c] in triangles {
@@ -157,12 +158,12 @@ mod tests {
     fn close(a: &Volume, b: &Volume) {
         let of = |v: &Volume| [&[v.volume][..], &v.centre, &v.inertia].concat();
         for (x, y) in of(a).iter().zip(of(b)) {
-            // Rounding of about thirty operations.
+            // Allowance for the rounding of about thirty operations.
             assert!((x - y).abs() < 1e-13, "{a:?} {b:?}");
         }
     }
 
-    /// Twelve triangles of a cuboid with the half lengths a, moved by m.
+    /// The twelve triangles of a cuboid with half lengths a and centre m.
     fn cuboid(a: Vector3, m: Vector3) -> Vec<[Vector3; 3]> {
         let corner = |k: usize| [0, 1, 2].map(|i| m[i] + if k >> i & 1 == 1 { a[i] } else { -a[i] });
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -178,14 +179,15 @@ mod tests {
         }
         let shell = enclosed(&cuboid(a, m), Enclosure::Shell).unwrap();
         assert!((shell.volume - 8.0 * (0.02 + 0.03 + 0.06)).abs() < 1e-15);
-        // Two faces normal to x at a distance of 0.1, and four with a uniform distribution of x: sum of x^2.
+        // Expected sum of x^2: two faces are normal to x at a distance of 0.1; on the other four faces x
+        // is uniformly distributed.
         let xx = 2.0 * 0.24 * 0.01 + (2.0 * 0.12 + 2.0 * 0.08) * 0.01 / 3.0;
         let found = (shell.inertia[3] + shell.inertia[5] - shell.inertia[0]) / 2.0;
         assert!((found - xx).abs() < 1e-15, "{found} {xx}");
         assert!(enclosed(&[], Enclosure::Exact).is_err());
     }
 
-    /// The sum over thin slices along z (midpoint rule).
+    /// A capsule is compared with a sum over thin slices along z (midpoint rule).
     #[test]
     fn a_capsule_is_the_sum_of_its_slices() {
         let (r, h) = (0.3, 0.7);

@@ -1,4 +1,4 @@
-//! The meshes of a model, read only where the mass of a body follows from one.
+//! The meshes of a model. A mesh file is read only if the mass of a body depends on it.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,16 +15,16 @@ use crate::format::shown::shown;
 use crate::mesh;
 use crate::vector::{Vector3, minus, turned_back};
 
-/// Largest mesh file that is read for a mass, bytes.
+/// Size of the largest mesh file that is read for a mass, bytes.
 const MAX_MESH_BYTES: u64 = 64 << 20;
 
-/// The meshes that `<asset>` lists.
+/// The meshes that `<asset>` lists, and their computed volumes.
 pub(super) struct Meshes<'a> {
     listed: Vec<(String, View<'a>)>,
     compiler: &'a Compiler,
-    /// The folder of their files; `None` for a description without a file.
+    /// Folder of the mesh files; `None` if the description is not from a file.
     folder: Option<&'a Path>,
-    /// The volumes computed so far: visual and collision shapes often share one mesh.
+    /// Volumes that were already computed, by name of the mesh. Visual and collision shapes often share a mesh.
     known: RefCell<BTreeMap<String, Result<Volume, String>>>,
 }
 
@@ -48,7 +48,7 @@ impl<'a> Meshes<'a> {
         self.listed.iter().find(|mesh| mesh.0 == name).map(|mesh| mesh.1)
     }
 
-    /// The file name of a mesh in the description, and its scale.
+    /// The file of a mesh, as named in the description, and the scale of the mesh along x, y, z.
     pub(super) fn file(&self, name: &str) -> Result<(String, Vector3), String> {
         let view = self.find(name).ok_or_else(|| format!("there is no mesh `{}`", shown(name)))?;
         let file = view.get("file").ok_or_else(|| format!("the mesh `{}` has no file", shown(name)))?;
@@ -61,7 +61,7 @@ impl<'a> Meshes<'a> {
         Ok((path.display().to_string(), scale))
     }
 
-    /// The volume that a mesh encloses, in its own axes. Fails with the reason where it cannot be computed.
+    /// The volume that a mesh encloses, in the axes of the mesh. Fails with the reason if it cannot be computed.
     pub(super) fn volume(&self, name: &str) -> Result<Volume, String> {
         let known = self.known.borrow().get(name).cloned();
         known.unwrap_or_else(|| {
@@ -95,7 +95,7 @@ impl<'a> Meshes<'a> {
             [0, 1, 2].map(|i| scale[i] * p[i])
         };
         let triangles: Vec<[Vector3; 3]> = triangles.iter().map(|corners| corners.map(moved)).collect();
-        // A reflection inverts the orientation of the faces.
+        // A negative scale is a reflection, which inverts the orientation of the faces.
         let volume = if scale.iter().product::<f64>() < 0.0 {
             enclosed(&triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>(), how)
         } else {
@@ -114,7 +114,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// The triangles that a `<mesh>` itself lists.
+/// The triangles of a `<mesh>` that lists its vertices in the model instead of a file.
 fn inline(view: View) -> Result<Vec<[Vector3; 3]>, Error> {
     const MAX_INLINE_NUMBERS: usize = 1_000_000;
     let flat = view.numbers("vertex", 3, MAX_INLINE_NUMBERS)?.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! MJCF: the models of MuJoCo.
+//! Reads MJCF, the model format of MuJoCo.
 
 mod actuators;
 mod bodies;

@@ -1,4 +1,4 @@
-//! Attributes as numbers and words.
+//! Reads attributes as numbers, choices and flags.
 
 use super::defaults::View;
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::format::expression::LARGEST_NUMBER;
 use crate::format::shown::shown;
 
 impl View<'_> {
-    /// The `least` to `most` numbers of an attribute; `None` where it is absent.
+    /// The numbers of an attribute, which must have at least `least` and at most `most` of them; `None` if it is absent.
     pub(super) fn numbers(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>, Error> {
         let Some(text) = self.get(name) else { return Ok(None) };
         let refuse = |what: String| Err(self.element.error(format!("`{name}` of {} {what}", self.element.called())));
@@ -28,17 +28,17 @@ impl View<'_> {
         Ok(Some(numbers))
     }
 
-    /// The N numbers of an attribute; `None` where it is absent.
+    /// The N numbers of an attribute; `None` if it is absent.
     pub(super) fn vector<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, Error> {
         Ok(self.numbers(name, N, N)?.and_then(|numbers| numbers.try_into().ok()))
     }
 
-    /// The single number of an attribute; `None` where it is absent.
+    /// The number of an attribute; `None` if it is absent.
     pub(super) fn number(&self, name: &str) -> Result<Option<f64>, Error> {
         Ok(self.vector(name)?.map(|[x]| x))
     }
 
-    /// The index of an attribute's word among `words`; `None` where it is absent.
+    /// The index of the attribute's word in `words`; `None` if it is absent.
     pub(super) fn choice(&self, name: &str, words: &[&str]) -> Result<Option<usize>, Error> {
         let Some(text) = self.get(name) else { return Ok(None) };
         match words.iter().position(|word| *word == text.trim()) {
@@ -51,7 +51,7 @@ impl View<'_> {
         }
     }
 
-    /// Whether an attribute is true; `None` where it is `auto` or absent.
+    /// Whether an attribute is `true`; `None` if it is `auto` or absent.
     pub(super) fn flag(&self, name: &str) -> Result<Option<bool>, Error> {
         let which = self.choice(name, &["false", "true", "auto"])?;
         Ok(which.filter(|&k| k < 2).map(|k| k == 1))

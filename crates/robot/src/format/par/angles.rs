@@ -1,4 +1,4 @@
-//! Angles of a .par: no angle exceeds a full turn; a larger number is an angle in degrees.
+//! Checks the angles of a .par file. An angle of more than a full turn is assumed to be in degrees.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::format::node::{DescriptionFile, Node};
 use crate::robot::ModifiedDh;
 use crate::value::{Symbol, Value};
 
-/// One of gamma b alpha d theta r. Fails where an angle exceeds a full turn, as angles in degrees do.
+/// Reads one of gamma, b, alpha, d, theta, r. Fails if an angle exceeds a full turn, because it is then probably in degrees.
 pub(super) fn within_a_turn(
     source: DescriptionFile,
     names: &KnownNames,
@@ -27,7 +27,7 @@ pub(super) fn within_a_turn(
     }
 }
 
-/// A placement with its angles, which are sums, reduced to less than a full turn.
+/// A placement with its angles reduced to less than a full turn. The angles can be larger because they are sums.
 pub(super) fn within_turns(mut placement: ModifiedDh, symbols: &[Symbol]) -> ModifiedDh {
     for angle in [&mut placement.gamma, &mut placement.alpha, &mut placement.theta] {
         if let Some(x) = angle.beyond_a_turn(symbols) {
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use crate::value::SymbolId;
 
-    /// A sum of two angles is reduced by a full turn, and the angle of a symbol stays.
+    /// A sum of two angles is reduced by a full turn. The angle of a symbol is not changed.
     #[test]
     fn sums_of_angles_are_within_a_turn() {
         let sum = Value::Add(Value::Number(6.0).into(), Value::Number(5.0).into());

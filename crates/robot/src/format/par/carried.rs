@@ -1,38 +1,41 @@
-//! Frames placed from the frame of a loop instead of from a link.
+//! Frames of a .par file that are placed relative to a loop frame instead of a link.
 //!
-//! The cut of a loop and its twin are one frame, and the twin is fixed to a link. A frame on either of them is
-//! therefore fixed to that link, by the twin's placement and then its own [Khalil, Kleinfinger 1986]:
+//! The cut of a loop and its twin are the same frame, and the twin is fixed to a link. A frame that is placed on
+//! the cut or on the twin is therefore fixed to that link. Its pose is the placement of the twin followed by its
+//! own placement [Khalil, Kleinfinger 1986]:
 //!
 //! ```text
 //! Rz(gamma1) Tz(b1) Rx(alpha1) Tx(d1) . Rz(theta1 + gamma2) Tz(r1 + b2) . Rx(alpha2) Tx(d2) Rz(theta2) Tz(r2)
 //! ```
-//! Where one of the three groups is the identity, this is one placement, exact in the symbols. Elsewhere one placement is
-//! computed numerically; with symbols without a value this is impossible, and the frame is refused.
+//! The product has three groups, separated by dots. If one of the groups is the identity, the product is a single placement
+//! and is exact in the symbols. Otherwise a single placement is computed numerically. If a symbol then has no value, the
+//! frame is refused.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::inertial::Pose;
 use crate::robot::ModifiedDh;
 use crate::value::{Symbol, Value};
 
-/// Sine of alpha below which the z axes count as parallel.
+/// Two z axes count as parallel if the sine of alpha is below this.
 const PARALLEL_SINE: f64 = 1e-12;
 
-/// The link to which each frame is fixed.
+/// For each frame, the link to which it is fixed.
 pub(super) struct LumpedFrames {
-    /// Number of the link that carries each frame, zero for the base.
+    /// Number of the link that carries each frame; zero for the base.
     pub link: Vec<usize>,
-    /// The twins that lead from a frame to that link, nearest first, by index from zero.
+    /// For each frame, the twins between the frame and its link, the nearest first, as indices from zero.
     pub through: Vec<Vec<usize>>,
 }
 
-/// The link of each frame, through loop frames. Fails with the index of a frame with circular antecedents.
+/// The link that carries each frame. Loop frames in between are followed. Fails with the index of a frame if
+/// antecedents are circular.
 pub(super) fn carriers(antecedent: &[usize], n_links: usize, n_joints: usize) -> Result<LumpedFrames, usize> {
     let mut found = LumpedFrames { link: Vec::new(), through: Vec::new() };
     for j in 0..antecedent.len() {
         let (mut number, mut through) = (antecedent[j], Vec::new());
         while number > n_links {
             let twin = if number <= n_joints { number + n_joints - n_links } else { number } - 1;
-            // The twin of a cut is on a link, not on its cut.
+            // This is an error: the twin of a cut must be on a link, not on its own cut.
             if through.contains(&twin) || twin == j {
                 return Err(j);
             }
@@ -45,7 +48,7 @@ pub(super) fn carriers(antecedent: &[usize], n_links: usize, n_joints: usize) ->
     Ok(found)
 }
 
-/// The product of two placements as one placement. `None` where it must be computed numerically and a symbol has no value.
+/// Two consecutive placements as one placement. `None` if it must be computed numerically but a symbol has no value.
 pub(super) fn product(first: ModifiedDh, second: ModifiedDh, symbols: &[Symbol]) -> Option<ModifiedDh> {
     let zero = |v: &Value| v.as_multiple_of_pi(symbols).is_some_and(|(n, _)| n == 0);
     let sum = |a: Value, b: Value| match (zero(&a), zero(&b)) {
@@ -70,10 +73,10 @@ pub(super) fn product(first: ModifiedDh, second: ModifiedDh, symbols: &[Symbol])
     (!generic).then(|| in_numbers(&first.pose(symbols, 0.0, 0.0).compose(&second.pose(symbols, 0.0, 0.0))))
 }
 
-/// The placement with this pose.
+/// The placement that has this pose, in numbers.
 fn in_numbers(pose: &Pose) -> ModifiedDh {
     let (r, [x, y, z]) = (pose.rotation, pose.position);
-    // The axis z of the frame is (sin gamma sin alpha, -cos gamma sin alpha, cos alpha).
+    // In the antecedent frame, the z axis of the frame is (sin gamma sin alpha, -cos gamma sin alpha, cos alpha).
     let sine = r[0][2].hypot(r[1][2]);
     let parallel = sine < PARALLEL_SINE;
     let gamma = if parallel { y.atan2(x) } else { r[0][2].atan2(-r[1][2]) };
@@ -81,7 +84,7 @@ fn in_numbers(pose: &Pose) -> ModifiedDh {
     let alpha = if parallel { 0.0_f64.atan2(r[2][2]) } else { sine.atan2(r[2][2]) };
     let across = c * y - s * x;
     let length = if parallel { 0.0 } else { -across / alpha.sin() };
-    // The angle from the x axis of the frame to the x axis of the antecedent turned by gamma is -theta.
+    // The angle from the x axis of the frame to the x axis of the antecedent, turned by gamma, is -theta.
     let theta = (-(c * r[0][1] + s * r[1][1])).atan2(c * r[0][0] + s * r[1][0]);
     ModifiedDh {
         gamma: computed_angle(gamma),
@@ -102,7 +105,7 @@ mod tests {
         ModifiedDh { gamma, b, alpha, d, theta, r }
     }
 
-    /// One placement equals two, for each group that is the identity, and where no group is.
+    /// One placement equals the product of two: if any one of the groups is the identity, and if none is.
     #[test]
     fn two_placements_are_one() {
         let a = [0.3, 0.2, 0.7, 0.4, -0.5, 0.6];

@@ -1,4 +1,4 @@
-//! Values for symbols without a value in the file.
+//! Substitute values for symbols that have no value in the file.
 
 use super::table::text;
 use crate::format::expression::{KnownNames, identifiers};
@@ -6,10 +6,10 @@ use crate::format::node::Node;
 use crate::robot::Note;
 use crate::value::Symbol;
 
-/// A value, m or rad, in [0.2, 0.9), of five digits. It depends only on the name, so that neither the order of the file nor
-/// other symbols change it.
+/// A substitute value, m or rad, in [0.2, 0.9), with five digits. It depends only on the name, so the order of the file and
+/// other symbols have no influence on it.
 fn generic_value(name: &str) -> f64 {
-    // FNV-1a, then splitmix64, so that similar names get very different values.
+    // FNV-1a and splitmix64 give very different values for similar names.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
     let mut z = hash.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -18,12 +18,12 @@ fn generic_value(name: &str) -> f64 {
     (20_000.0 + (70_000.0 * u).floor()) / 100_000.0
 }
 
-/// The value of the symbol for which a component of gravity is -9.81 m/s^2: of `G3`, or of the G3 in `-G3`.
+/// The value of a gravity symbol such that the component of gravity is -9.81 m/s^2. `component`: for example `G3` or `-G3`.
 fn gravity_value(component: &str) -> f64 {
     if component.trim_start().starts_with('-') { 9.81 } else { -9.81 }
 }
 
-/// Defines the symbols without a value, in the order of the file.
+/// Gives a substitute value to every symbol without a value, in the order of the file.
 pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravity: &[Node], names: &mut KnownNames) {
     let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
     for node in gravity {
@@ -43,7 +43,7 @@ pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravi
     }
 }
 
-/// The note on symbols without values; `None` where all have values.
+/// The note on symbols with substitute values; `None` if there are none.
 pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
     let open = || symbols.iter().filter(|s| s.generic);
     let last = open().next_back()?;

@@ -1,4 +1,4 @@
-//! SYMORO's .par files.
+//! Reads the .par files of SYMORO.
 
 mod angles;
 mod carried;

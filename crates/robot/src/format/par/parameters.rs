@@ -1,4 +1,4 @@
-//! The dynamic parameters of a .par file: known where they are numbers.
+//! Reads the dynamic parameters of a .par file. A parameter is known if it is a number.
 
 use super::table::{ParTable, text};
 use crate::error::Error;
@@ -7,7 +7,7 @@ use crate::format::node::{DescriptionFile, Node};
 use crate::parameter::Inertial;
 use crate::robot::{Drive, Friction, Note, RotorInertia};
 
-/// The number of an item; `None` where it has a symbol without a value.
+/// The number of an entry; `None` if it contains a symbol without a value.
 fn known(source: DescriptionFile, names: &KnownNames, what: &str, node: &Node) -> Result<Option<f64>, Error> {
     let has_value = |word: &str| names.symbols.iter().any(|s| s.name == word && !s.generic);
     if identifiers(text(node)).all(has_value) {
@@ -16,7 +16,7 @@ fn known(source: DescriptionFile, names: &KnownNames, what: &str, node: &Node) -
     Ok(None)
 }
 
-/// XX .. M of link `j`; `None` where not all ten are known.
+/// XX .. M of link `j`; `None` unless all ten are known.
 pub(super) fn inertial(
     source: DescriptionFile,
     table: &ParTable,
@@ -45,7 +45,7 @@ pub(super) fn inertial(
     Ok(None)
 }
 
-/// IA of joint `j`: absent where it is 0, and for a locked joint.
+/// The rotor inertia IA of joint `j`. It is absent if it is 0, or if the joint is locked.
 pub(super) fn rotor_inertia(
     source: DescriptionFile,
     table: &ParTable,
@@ -64,7 +64,7 @@ pub(super) fn rotor_inertia(
     })
 }
 
-/// FV and FS of joint `j`, where they are numbers other than 0.
+/// The friction parameters FV and FS of joint `j`; each is `None` if it is 0 or not a number.
 pub(super) fn friction(
     source: DescriptionFile,
     table: &ParTable,
@@ -78,7 +78,7 @@ pub(super) fn friction(
     Ok(Friction { viscous: number("FV")?, coulomb: number("FS")?, offset: None })
 }
 
-/// Notes on the entries of the file that a rigid robot on a fixed base does not use.
+/// Adds notes on the entries of the file that are not used for a rigid robot on a fixed base.
 pub(super) fn note_unused(table: &ParTable, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: &str| notes.push(Note { subject: subject.into(), text: text.into() });
     let number = |node: &Node| text(node).parse::<f64>().ok();

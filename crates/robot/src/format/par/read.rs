@@ -1,17 +1,16 @@
-//! A robot described by a .par file of SYMORO, SYMORO+ or OpenSYMORO.
+//! Reads a robot from a .par file of SYMORO, SYMORO+ or OpenSYMORO.
 //!
-//! The pose of frame j in its antecedent is iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
-//! [Khalil, Kleinfinger 1986]. Frames 1..NL carry links, NL+1..NJ are the cut joints of the loops,
-//! NJ+1..NF their twins on the other side. The passive joints of the loops are found by
-//! [`crate::passive`].
+//! The pose of frame j in its antecedent is iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r) [Khalil, Kleinfinger 1986].
+//! Frames 1..NL belong to links. Frames NL+1..NJ belong to the cut joints of loops. Frames NJ+1..NF are the twins of these
+//! frames on the other side of the cut. The relations of the passive joints are found by [`crate::passive`].
 //!
-//! A file has symbols without values. Lengths and angles then get generic values, derived from their names,
-//! because ranks and rules are equal for nearly all values. Gravity is -9.81 m/s^2. Such symbols are marked
-//! [`Symbol::generic`] and listed in a note. Numerical results need true values, which the file may give as `(* Value
-//! D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor inertia of 0 is absent.
+//! A file may contain symbols without values. Lengths and angles then get substitute values, derived from their names,
+//! because ranks and rules are equal for nearly all values. Gravity gets -9.81 m/s^2. Such symbols are marked
+//! [`Symbol::generic`] and listed in a note. Numerical results need true values, which the file may give as
+//! `(* Value D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor inertia of 0 is absent.
 //!
-//! Not read: floating and mobile bases (refused); elastic joints, the place Z of the base, external
-//! wrenches (noted where they are numbers).
+//! Refused: floating and mobile bases. Ignored, with a note if they are numbers: elastic joints, the pose Z of the
+//! base, external wrenches.
 
 use std::collections::BTreeSet;
 
@@ -36,25 +35,24 @@ use crate::robot::{
 use crate::value::Affine;
 use crate::value::Value;
 
-/// Reads a robot from a .par text; `file` is the name in errors.
+/// Reads a robot from the text of a .par file. `file`: name of the file in errors.
 ///
-/// Fails, with the line and column, on a table that is incomplete or inconsistent, on a moving
-/// base, and on loops that cannot close.
+/// Fails, with line and column, if the table is incomplete or inconsistent, if the base moves, or if a loop cannot close.
 pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
     read_par_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from a .par text as [`read_par`], with options.
+/// Reads a robot from the text of a .par file, with options. Otherwise it is the same as [`read_par`].
 pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     let mut notes = Vec::new();
-    // The frames, and their order with antecedents first.
+    // The frames are read and sorted: antecedents come first.
     let entries = scan(source, text)?;
     let table = ParTable::new(source, &entries, &mut notes)?;
     let frames = Frames::new(&table)?;
     let order = frames.order(&table)?;
 
-    // Symbols with their values; those without one get generic values, which a note lists.
+    // Symbols without a value get substitute values, which a note lists.
     let mut names = valued_symbols(source, &entries)?;
     let owners = frames.owners(source, &table, &names, &mut notes)?;
     names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
@@ -69,7 +67,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         links.push(link(source, &table, &frames, &order, &names, &owners, j, &mut notes)?);
     }
     let mut loops = Vec::new();
-    // A cut and its twin on the other side are frames of one loop.
+    // A cut and its twin on the other side are the two frames of one loop.
     for cut in table.nl..table.nj {
         let frame = |k: usize| -> Result<LoopFrame, Error> {
             let (kind, _, geometry, variable) = frames.placed(source, &names, &owners, k)?;
@@ -96,7 +94,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         notes,
         ..Robot::default()
     };
-    // These steps need the whole robot: passive joints, exact angles, and the closure of the loops.
+    // The next steps need the whole robot: relations of passive joints, exact angles, and the check that loops close.
     passive_by_its_joint(&mut robot);
     snap_angles(&mut robot, options.angles);
     let place = || table.at("ant", String::new()).place;
@@ -105,7 +103,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
     Ok(robot)
 }
 
-/// The symbols with their values from the comments of the file.
+/// The symbols that get values in comments of the file.
 fn valued_symbols(source: DescriptionFile, entries: &ParText) -> Result<KnownNames, Error> {
     let mut names = KnownNames::default();
     for (name, node) in &entries.values {
@@ -117,7 +115,7 @@ fn valued_symbols(source: DescriptionFile, entries: &ParText) -> Result<KnownNam
     Ok(names)
 }
 
-/// The link of frame j and the joint that moves it.
+/// The link with frame j, and the joint that moves it.
 fn link(
     source: DescriptionFile,
     table: &ParTable,
@@ -142,40 +140,40 @@ fn link(
     })
 }
 
-/// The frames of the file, by index from zero.
+/// The frames of the file, indexed from zero.
 struct Frames {
-    /// Number of the link that carries each frame, zero for the base.
+    /// Number of the link that carries each frame; zero for the base.
     antecedent: Vec<usize>,
-    /// The twins of loops on the path from the frame to this link, nearest first.
+    /// For each frame, the twins of loops on the path to its link, the nearest first.
     through: Vec<Vec<usize>>,
     kind: Vec<JointKind>,
     actuated: Vec<bool>,
-    /// gamma b alpha d theta r of each frame.
+    /// gamma, b, alpha, d, theta and r of each frame.
     geometry: Vec<[Node; 6]>,
     n_links: usize,
     n_joints: usize,
 }
 
-/// The lists with the geometry of a frame.
+/// The keys of the lists with the geometry of the frames.
 const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
-/// The own variables of the joints, in the order of q.
+/// The variables of the joints, in the order of q.
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// Whether the variable of each frame is a coordinate: a motor moves it, or it is a free joint of an open chain.
+    /// For each frame, whether its variable is a coordinate: a motor moves it, or its joint is not driven and in no loop.
     is_coordinate: Vec<bool>,
 }
 
 impl Frames {
     fn new(table: &ParTable) -> Result<Frames, Error> {
-        // The antecedent of a frame is a link, the base, or the frame of a loop; by default the frame before it.
+        // The antecedent of a frame is a link, the base, or a loop frame. The default is the previous frame.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         let LumpedFrames { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);
             table.at_item("ant", j, message)
         })?;
-        // Twins must be fixed, which is the default, since the joint of the loop moves the cut.
+        // A twin must be fixed, which is the default, because the joint of the loop moves the cut.
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
         let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;
@@ -187,7 +185,7 @@ impl Frames {
             );
             return Err(table.at_item("sigma", j, message));
         }
-        // Defaults of omitted lists: theta of a revolute frame is its own variable `th3`, all else is 0.
+        // Defaults of missing lists: theta of a revolute frame is its own variable, for example `th3`; all other values are 0.
         let node = |key: &str, j: usize| match table.list(key) {
             Some(items) => items[j].clone(),
             None if key == "theta" && sigma[j] == 0 => worded(&format!("th{}", j + 1)),
@@ -204,7 +202,7 @@ impl Frames {
         })
     }
 
-    /// The links, antecedents first, otherwise in the order of their numbers. Fails on circular antecedents.
+    /// Indices of the links, antecedents first, otherwise in the order of their numbers. Fails if the antecedents are circular.
     fn order(&self, table: &ParTable) -> Result<Vec<usize>, Error> {
         let mut order: Vec<usize> = Vec::with_capacity(self.n_links);
         let mut placed = vec![false; self.n_links];
@@ -234,7 +232,7 @@ impl Frames {
         }
     }
 
-    /// The constants of a frame: its geometry without the joint variable.
+    /// The constants of a frame: its geometry parameters except the joint variable.
     fn constants(&self, j: usize) -> impl Iterator<Item = &Node> {
         let moving = self.variable(j).map(|v| (v.line, v.column));
         self.geometry[j].iter().filter(move |n| n.line > 0 && Some((n.line, n.column)) != moving)
@@ -255,7 +253,7 @@ impl Frames {
             }
         }
         constants.extend(table.list("G").into_iter().flatten().flat_map(|n| identifiers(text(n))));
-        // An unactuated joint outside every loop is a coordinate too, since nothing else determines its position.
+        // An undriven joint outside of every loop is also a coordinate, because nothing else determines its position.
         let mut in_loop = vec![false; nf];
         for k in self.n_links..nf {
             in_loop[k] = true;
@@ -309,7 +307,7 @@ impl Frames {
     ) -> Result<(JointKind, Drive, ModifiedDh, Affine), Error> {
         let kind = self.kind[j];
         let mut variable = Affine::constant(Value::ZERO);
-        // The index of the joint variable in gamma, b, alpha, d, theta, r: theta, r or none.
+        // Index of the joint variable in gamma, b, alpha, d, theta, r: theta, r, or none (6).
         let moving = match kind {
             JointKind::Revolute => 4,
             JointKind::Prismatic => 5,
@@ -322,7 +320,7 @@ impl Frames {
                 values.push(within_a_turn(source, names, (key, &what), node, names.constant(source, &what, node)?)?);
                 continue;
             }
-            // The variable: its linear part moves the joint, its constant part is added to the geometry.
+            // The linear part of the expression is the joint variable. Its constant part is added to the geometry.
             let value = names.variable(source, &what, node)?;
             let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
                 source.at(node, format!("{what} must be affine in the joint variables, found {}", node.kind()))
@@ -350,7 +348,7 @@ impl Frames {
         Ok((kind, drive, self.on_its_link(source, names, j, own)?, variable))
     }
 
-    /// The placement of frame j in its link, through the twins of loops between them.
+    /// The placement of frame j relative to its link. Twins of loops in between are included.
     fn on_its_link(
         &self,
         source: DescriptionFile,

@@ -1,4 +1,4 @@
-//! The table of a .par file: its sizes and its lists, with checked lengths.
+//! The table of a .par file: its sizes and its lists. The lengths of the lists are checked.
 
 use super::text::{ParEntry, ParText};
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::format::node::{DescriptionFile, Node, NodeValue};
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// The items of a list: one for each frame, link, joint, axis, or 16 entries of a matrix.
+/// What a list has one item for: each frame, each link, each joint, or each axis; or the 16 entries of a matrix.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Per {
     Frame,
@@ -16,7 +16,7 @@ enum Per {
     Sixteen,
 }
 
-/// The keys of lists, by their items.
+/// The keys of lists, grouped by what they have one item for.
 const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Frame, "ant sigma mu gamma b alpha d theta r"),
     (Per::Link, "XX XY XZ YY YZ ZZ MX MY MZ M IA FV FS FX FY FZ CX CY CZ"),
@@ -25,26 +25,26 @@ const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Sixteen, "Z"),
 ];
 
-/// The keys of lists, each with its kind of items.
+/// All keys of lists, each with what the list has one item for.
 fn list_keys() -> impl Iterator<Item = (&'static str, Per)> {
     LIST_KEYS.into_iter().flat_map(|(per, keys)| keys.split_whitespace().map(move |key| (key, per)))
 }
 
-/// The keys with one value.
+/// The keys that have a single value.
 const SCALAR_KEYS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
 
-/// Largest number of links.
+/// Largest number of links in a .par file.
 const MAX_PAR_LINKS: usize = 500;
 
-/// The entries, counted and checked.
+/// The table of a .par file. Its sizes and lengths of lists are checked.
 pub(super) struct ParTable<'a> {
     source: DescriptionFile<'a>,
     entries: &'a [ParEntry],
     /// Number of links.
     pub nl: usize,
-    /// Number of joints, including the joints of cuts.
+    /// Number of joints, including the joints of the loop cuts.
     pub nj: usize,
-    /// Number of frames, including the twins of cuts.
+    /// Number of frames, including the twins of the loop cuts.
     pub nf: usize,
     /// Whether the robot has no loops.
     pub is_open: bool,
@@ -73,7 +73,7 @@ impl<'a> ParTable<'a> {
                 format!("NJ = {} joints cannot move NL = {} links: every link has one joint", table.nj, table.nl);
             return Err(table.at("NJ", message));
         }
-        // NF: the links and cuts, and a twin for each of the NJ - NL cuts.
+        // The frames are the NJ links and cuts, and one twin for each of the NJ - NL cuts.
         table.nf = 2 * table.nj - table.nl;
         let kind = table.count("Type")?;
         match kind {
@@ -90,7 +90,7 @@ impl<'a> ParTable<'a> {
             }
         }
         table.is_open = table.nj == table.nl;
-        // NF follows from NL and NJ; a file with another NF is read with a note.
+        // NF follows from NL and NJ. If the file has another NF, it is ignored with a note.
         if let Some(nf) = table.count("NF")?
             && nf != table.nf
         {
@@ -102,13 +102,13 @@ impl<'a> ParTable<'a> {
         Ok(table)
     }
 
-    /// An error at a key.
+    /// An error at the place of a key.
     pub(super) fn at(&self, key: &str, message: String) -> Error {
         let place = self.entry(key).map_or((0, 0), |e| (e.line, e.column));
         self.source.place(place, message)
     }
 
-    /// An error at an item of a list; at the key where the list is absent.
+    /// An error at the place of an item of a list, or at the key if the list is missing.
     pub(super) fn at_item(&self, key: &str, item: usize, message: String) -> Error {
         match self.list(key) {
             Some(items) => self.source.at(&items[item], message),
@@ -116,12 +116,13 @@ impl<'a> ParTable<'a> {
         }
     }
 
-    /// The items of a list; `None` when the file has no such list.
+    /// The items of a list; `None` if the file does not have this list.
     pub(super) fn list(&self, key: &str) -> Option<&'a [Node]> {
         self.entry(key).map(|e| &e.items[..])
     }
 
-    /// The integers of a list from `lowest` to `highest`; `default` of each frame where the list is absent.
+    /// The integers of a list. Fails if one is not between `lowest` and `highest`. `default`: value for each frame if the
+    /// list is missing.
     pub(super) fn integers(
         &self,
         key: &str,
@@ -187,7 +188,7 @@ impl<'a> ParTable<'a> {
         Ok(())
     }
 
-    /// Fails where the base is not at rest.
+    /// Fails if the base is floating or mobile, or has a velocity or an acceleration.
     fn check_base(&self) -> Result<(), Error> {
         for key in ["is_floating", "is_mobile"] {
             let Some(entry) = self.entry(key) else { continue };
@@ -211,7 +212,7 @@ impl<'a> ParTable<'a> {
     }
 }
 
-/// The text of an item.
+/// The text of an item; empty if it is no text.
 pub(super) fn text(node: &Node) -> &str {
     match &node.content {
         NodeValue::Text(t) => t,

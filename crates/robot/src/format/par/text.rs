@@ -1,15 +1,14 @@
-//! The text of a .par file: comments, scalars `key = value`, lists `key = {a, b, ...}`.
+//! Splits the text of a .par file into comments, scalars `key = value` and lists `key = {a, b, ...}`.
 //!
-//! Lists may continue over several lines, commas within parentheses do not split (`atan2(a, b)`), and the old
-//! spellings of keys are accepted. Unlike in OpenSYMORO, a line of a list may contain a
-//! comment. Two comments contain data: `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which
-//! gives a symbol a value and which OpenSYMORO ignores.
+//! Lists may extend over several lines. Commas inside parentheses do not separate items (`atan2(a, b)`). Old spellings of
+//! keys are accepted. Unlike in OpenSYMORO, a line of a list may contain a comment. Two kinds of comments contain data:
+//! `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which gives a symbol a value. OpenSYMORO ignores the second.
 
 use crate::error::Error;
 use crate::format::budget::MAX_DESCRIPTION_BYTES;
 use crate::format::node::{DescriptionFile, Node, NodeValue};
 
-/// A key and its items.
+/// A key of the file with its items, and its place.
 #[derive(Clone, Debug)]
 pub(super) struct ParEntry {
     pub key: String,
@@ -22,12 +21,12 @@ pub(super) struct ParEntry {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ParText {
     pub name: Option<String>,
-    /// Values of symbols given in comments, in their order.
+    /// Values of symbols from comments, in the order of the file: name and value of each.
     pub values: Vec<(String, Node)>,
     pub entries: Vec<ParEntry>,
 }
 
-/// The spellings of keys in SYMORO+, and the keys used here.
+/// Spellings of keys in SYMORO+, each with the spelling used here.
 const SYMORO_KEYS: [(&str, &str); 7] =
     [("Ant", "ant"), ("Sigma", "sigma"), ("Mu", "mu"), ("B", "b"), ("R", "r"), ("Alpha", "alpha"), ("Theta", "theta")];
 
@@ -60,7 +59,7 @@ pub(super) fn scan(source: DescriptionFile, text: &str) -> Result<ParText, Error
     Ok(found)
 }
 
-/// The text without its comments; their data are stored in `found`.
+/// Returns the text without comments. The data in comments is stored in `found`.
 fn without_comments(source: DescriptionFile, text: &str, found: &mut ParText) -> Result<String, Error> {
     let mut plain = String::with_capacity(text.len());
     let mut cursor = Cursor { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1, column: 1 };
@@ -83,7 +82,7 @@ fn without_comments(source: DescriptionFile, text: &str, found: &mut ParText) ->
     }
 }
 
-/// Stores `Robotname = 'NAME'` or `Value NAME = expression` of a comment.
+/// If a comment is `Robotname = 'NAME'` or `Value NAME = expression`, stores its data in `found`.
 fn carried(comment: &str, at: (usize, usize), found: &mut ParText) {
     if let Some((_, rest)) = comment.split_once("Robotname") {
         let name = rest.trim_start().strip_prefix('=').and_then(|r| r.trim_start().strip_prefix('\''));
@@ -99,7 +98,7 @@ fn carried(comment: &str, at: (usize, usize), found: &mut ParText) {
     }
 }
 
-/// The items of a list, from its `{` to its `}`.
+/// Reads the items of a list, from its `{` to its `}`.
 fn list(source: DescriptionFile, cursor: &mut Cursor, key: &str) -> Result<Vec<Node>, Error> {
     let opened = (cursor.line, cursor.column);
     cursor.advance(1);
@@ -126,7 +125,7 @@ fn list(source: DescriptionFile, cursor: &mut Cursor, key: &str) -> Result<Vec<N
             return Err(source.error(line, column, format!("item {} of `{key}` is empty", items.len() + 1)));
         }
         if !text.is_empty() {
-            // A line break within an item is white space.
+            // A line break inside an item counts as a blank.
             let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
             items.push(Node { line, column, content: NodeValue::Text(text) });
         }
@@ -136,7 +135,7 @@ fn list(source: DescriptionFile, cursor: &mut Cursor, key: &str) -> Result<Vec<N
     }
 }
 
-/// A place in a text; lines and columns count from 1.
+/// A position in a text, with the text after it. Lines and columns are counted from 1.
 struct Cursor<'a> {
     rest: &'a str,
     line: usize,
@@ -171,7 +170,7 @@ impl<'a> Cursor<'a> {
         &rest[..end]
     }
 
-    /// The rest of the line.
+    /// Reads the remaining text of the line as a value.
     fn scalar(&mut self) -> Node {
         let (line, column) = (self.line, self.column);
         let text = self.take(|c| c != '\n');

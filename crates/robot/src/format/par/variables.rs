@@ -1,10 +1,10 @@
-//! The distinction of joint variables and constants among the names of a .par file.
+//! Determines which names in a .par file are joint variables and which are constants.
 //!
-//! The file does not distinguish them. A name in a constant (gamma, b, alpha, d, the r of a revolute joint, gravity,
-//! a value) is a constant. Of the other names, the name in the variable of an actuated joint is its coordinate. The name
-//! in the variable of a passive joint is its own unknown, unless it is the coordinate of another joint, which the
-//! passive joint then follows. Where several names remain, the name with the joint's number is used (`th4 - DEL` of
-//! joint 4).
+//! The file does not distinguish them. A name that occurs in a constant (gamma, b, alpha, d, the r of a revolute joint,
+//! gravity, a value) is a constant. If a remaining name occurs in the variable of an actuated joint, it is the coordinate of
+//! this joint. If it occurs in the variable of a passive joint, it is the passive coordinate of this joint, unless it is the
+//! coordinate of another joint: then the passive joint follows the other joint. If several names remain, the name with the
+//! number of the joint is used (`th4 - DEL` of joint 4).
 
 use std::collections::BTreeSet;
 
@@ -15,15 +15,16 @@ use crate::format::node::{DescriptionFile, Node};
 use crate::robot::Robot;
 use crate::value::CoordinateId;
 
-/// A joint whose own variable is to be determined.
+/// A joint for which the name of its variable must be determined.
 pub(super) struct Mover<'a> {
-    /// The number of its frame.
+    /// Number of the joint's frame.
     pub frame: usize,
     pub actuated: bool,
     pub variable: &'a Node,
 }
 
-/// The own variable of each mover; `None` for a joint that follows others or does not move. Fails where it is ambiguous.
+/// The variable of each joint in `movers`. `None` for a joint that follows other joints or does not move. Fails if
+/// it is ambiguous.
 pub(super) fn own_variables(
     source: DescriptionFile,
     movers: &[Mover],
@@ -57,7 +58,7 @@ pub(super) fn own_variables(
                     return Err(source.at(mover.variable, message));
                 }
                 ([], _) => None,
-                // A joint that follows others may have one more name in its variable: a constant angle of its own.
+                // A joint that follows others may contain an additional name: a constant angle.
                 ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
                 ([name], _) => Some((*name).clone()),
                 _ => match numbered() {
@@ -80,8 +81,8 @@ pub(super) fn own_variables(
     Ok(own)
 }
 
-/// Scales each passive coordinate so that its own joint moves by the coordinate, not by a multiple (`-th2`, `2*th2`). The
-/// unit of the coordinate is arbitrary, and relations are searched in the units of the joints.
+/// Scales each passive coordinate so that its joint moves by the coordinate itself, not by a multiple (`-th2`, `2*th2`). The
+/// unit of a passive coordinate is arbitrary, and relations are searched in the units of the joints.
 pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     let n = robot.n_coordinates();
     for k in (0..robot.passive.len()).map(|p| CoordinateId(n + p)) {
@@ -99,7 +100,7 @@ pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     }
 }
 
-/// The number at the end of a name: 12 of `th12`.
+/// The number at the end of a name: 12 for `th12`.
 fn number_of(name: &str) -> Option<usize> {
     let digits = name
         .rfind(|c: char| !c.is_ascii_digit())

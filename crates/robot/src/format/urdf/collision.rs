@@ -1,7 +1,6 @@
-//! The `<collision>` elements of a URDF.
+//! Reads the `<collision>` elements of a URDF.
 //!
-//! A shape that cannot be read stays in the robot as `Unread`, with its line, because most uses of a robot do not need its
-//! shapes.
+//! A shape that cannot be read is kept as `Unread`, with its line. It is no error, because most uses of a robot need no shapes.
 
 use roxmltree::Node;
 
@@ -13,7 +12,7 @@ use crate::format::xml::child;
 use crate::inertial::Pose;
 use crate::value::Value;
 
-/// The shapes of a `<link>`, in its own frame.
+/// The collision shapes of a `<link>`, in the frame of this link.
 pub(super) fn collisions(link: Node) -> Vec<Collision> {
     let name = link.attribute("name").unwrap_or("");
     let own = link.children().filter(|n| n.has_tag_name("collision"));
@@ -56,7 +55,7 @@ fn placed(collision: Node) -> Result<(Pose, CollisionShape), String> {
     Ok((pose, shape))
 }
 
-/// An attribute of N finite numbers.
+/// Reads an attribute with N finite numbers. `default`: value if the attribute is missing; `None`: the attribute is required.
 fn numbers<const N: usize>(node: Node, attribute: &str, default: Option<[f64; N]>) -> Result<[f64; N], String> {
     let tag = node.tag_name().name();
     let Some(text) = node.attribute(attribute) else {
@@ -86,7 +85,7 @@ mod tests {
     use crate::collision::CollisionShape;
     use crate::format::read_urdf;
 
-    /// A shape has its pose in the frame of the link that carries it; a shape with an error is kept with its line.
+    /// The pose of a shape is relative to the frame of the link that carries it. A shape with an error is kept with its line.
     #[test]
     fn shapes_stand_in_the_frame_of_the_link() {
         let text = r#"<robot name="one">
@@ -108,12 +107,11 @@ mod tests {
         assert_eq!(names, ["arm", "arm", "arm", "tool"]);
         let CollisionShape::Unread { reason } = &own[1].shape else { panic!("{own:?}") };
         assert_eq!(reason, "line 7: `radius` of <sphere> is `wide`; expected are 1 finite numbers");
-        // The frame of the link has its z on the axis of the joint. In the base, the pose of a shape equals the pose in the
-        // file.
+        // The frame of the link has its z on the joint axis. For the base, the pose of a shape equals the pose in the file.
         let pose = robot.link_poses(&[0.0])[0];
         for (shape, place) in [(&own[0], [0.5, 0.0, 0.0]), (&own[3], [0.0, 0.25, 0.0])] {
             let position = pose.compose(&shape.pose).position;
-            // Rounding of a chain of three frames.
+            // Allowance for the rounding of a chain of three frames.
             assert!(position.iter().zip(place).all(|(a, b)| (a - b).abs() < 1e-12), "{position:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! The `<mimic>` elements of a URDF.
+//! Reads the `<mimic>` elements of a URDF.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::format::options::Mimic;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// The leader of each joint of the file. A joint that mimics no other follows itself.
+/// For each joint of the file, the relation to its leader. A joint that mimics no other joint follows itself.
 pub(super) fn followed(
     source: DescriptionFile,
     checked: &Checked,
@@ -21,7 +21,7 @@ pub(super) fn followed(
     let place = |j: usize| checked.joints.get(&model.joints[j].name).map_or((0, 0), |m| m.mimic_at);
     let mut next: Vec<Option<Follows>> = Vec::with_capacity(model.joints.len());
     for (j, joint) in model.joints.iter().enumerate() {
-        // Where mimic joints are read as independent coordinates, no leader is searched.
+        // If mimic joints are read as independent coordinates, no leader is searched.
         let Some(tag) = joint.mimic.as_ref().filter(|_| mimic == Mimic::Constraint) else {
             next.push(None);
             continue;

@@ -1,4 +1,4 @@
-//! URDF files.
+//! Reads and writes URDF files.
 
 mod collision;
 mod mimic;

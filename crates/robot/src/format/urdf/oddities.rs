@@ -1,8 +1,8 @@
-//! Suspicious texts of a URDF that are no longer visible in the robot: angles in degrees, limits of zero, and texts that
-//! urdfdom (the reader of ROS and Pinocchio) interprets differently or refuses, which [`crate::lint`] reports; and loops
-//! of an extension, which get notes.
+//! Finds suspicious texts in a URDF that are no longer visible in the robot: angles in degrees, limits of zero, and texts
+//! that urdfdom (the reader of ROS and Pinocchio) interprets differently or refuses. [`crate::lint`] reports them. Loops of
+//! URDF extensions get notes.
 //!
-//! The behaviour of urdfdom was observed with Pinocchio 4.1: it does not accept a number with a trailing blank.
+//! The behaviour of urdfdom was tested with Pinocchio 4.1: it does not accept a number with a trailing blank.
 
 use std::f64::consts::TAU;
 
@@ -13,10 +13,10 @@ use crate::format::shown::shown;
 use crate::format::xml::child;
 use crate::robot::Note;
 
-/// A full turn, rounded up to four digits, rad.
+/// A full turn plus an allowance for values rounded to four digits, rad.
 const A_TURN_RAD: f64 = TAU + 1e-3;
 
-/// The findings of all links and joints, in the order of the text.
+/// The findings for all links and joints, in the order of the text.
 pub(super) fn oddities(root: Node) -> Vec<Finding> {
     let mut findings = Vec::new();
     for owner in root.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
@@ -32,7 +32,7 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
     findings
 }
 
-/// Notes on elements of URDF extensions that close a loop: they do not determine which of its joints are driven.
+/// Notes on elements of URDF extensions that close a loop. The elements do not state which joints of the loop are driven.
 pub(super) fn stated_loops(root: Node) -> Vec<Note> {
     let is_loop = |n: &Node| {
         let tag = n.tag_name().name();
@@ -59,7 +59,7 @@ fn number(node: Node, attribute: &str) -> Option<f64> {
     node.attribute(attribute)?.trim().parse().ok()
 }
 
-/// Finds rpy of more than a turn, in all elements except visuals.
+/// Finds rpy angles of more than a turn, in all elements except visuals.
 fn turned_by_degrees(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let origins =
         owner.descendants().filter(|n| n.has_tag_name("origin") && !n.ancestors().any(|a| a.has_tag_name("visual")));
@@ -75,11 +75,11 @@ fn turned_by_degrees(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Finds limits of zero, which CAD exporters write for unknown limits.
+/// Finds limits of zero. CAD exporters write zero if a limit is unknown.
 fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let Some(limit) = child(joint, "limit") else { return };
     let all = ["lower", "upper", "effort", "velocity"].map(|key| number(limit, key).unwrap_or(0.0));
-    // Limits of zeros alone get a note when the file is read.
+    // If all limits are zero, the reader of the file adds a note instead.
     if all == [0.0; 4] || joint.attribute("type") == Some("fixed") {
         return;
     }
@@ -91,7 +91,7 @@ fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Finds missing attributes of a joint for which urdfdom refuses the whole file.
+/// Finds missing attributes of a joint because of which urdfdom refuses the whole file.
 fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let limited = matches!(joint.attribute("type"), Some("revolute" | "prismatic"));
     let mut refused =
@@ -112,7 +112,7 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Finds numbers that end with a blank or a line break.
+/// Finds numbers with a blank or a line break at the end.
 fn blanks(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let elements = ["mass", "inertia", "limit", "dynamics", "mimic"];
     let scalars =
@@ -138,7 +138,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Mistake, lint};
 
-    /// The findings about joint j and link l, with one passage of the text replaced.
+    /// The findings for joint j and link l, after `old` in the text is replaced by `new`.
     fn found(old: &str, new: &str) -> Vec<(String, Mistake)> {
         let text = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\" rpy=\"0 0 0\"/><mass \
                     value=\"1.5\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\
@@ -169,7 +169,8 @@ mod tests {
         }
     }
 
-    /// A full turn, leading blanks, a continuous joint, and limits of zeros alone, which get a note from the reader.
+    /// No findings: a full turn, leading blanks, a continuous joint, and limits that are all zero (the reader adds a
+    /// note on them).
     #[test]
     fn what_is_usual_is_not_told() {
         for (old, new) in [

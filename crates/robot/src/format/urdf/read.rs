@@ -1,9 +1,9 @@
-//! A robot described in URDF, re-framed to Khalil-Kleinfinger.
+//! Reads a robot from URDF and converts it to Khalil-Kleinfinger frames.
 //!
-//! text.rs checks the text with its line numbers, urdf-rs reads it, tree.rs orders it into a tree of moving links, and
-//! [`jointed`] makes a robot of them. Fixed links are lumped into the moving link that carries them.
+//! text.rs checks the text and keeps line numbers, urdf-rs reads it, tree.rs builds the tree of moving links, and [`jointed`]
+//! makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
 //!
-//! Joints that mimic another joint follow it (mimic.rs).
+//! Joints with `<mimic>` follow another joint (mimic.rs).
 //!
 //! Collision geometry is kept unchanged (collision.rs).
 //!
@@ -26,16 +26,16 @@ use crate::inertial::{Part, Pose};
 use crate::robot::{Format, Friction, Limits, Note, Robot, RotorInertia};
 use crate::value::Value;
 
-/// Reads a robot from URDF; `file` is the name in errors.
+/// Reads a robot from a URDF text. `file`: name of the file in errors.
 ///
-/// Joints are labelled by their names, one coordinate each unless they mimic another, without rotor
-/// inertia. Gravity is (0, 0, -9.81) m/s^2 in the root link. Fails, with the line, on a description that is not a tree
-/// of revolute, continuous, prismatic and fixed joints with finite numbers.
+/// Each joint has its own coordinate with the name of the joint, unless it mimics another joint. There is no rotor inertia.
+/// Gravity is (0, 0, -9.81) m/s^2 in the root link. Fails, with the line, unless the description is a tree of revolute,
+/// continuous, prismatic and fixed joints with finite numbers.
 pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     read_urdf_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from URDF as [`read_urdf`], with options.
+/// Reads a robot from a URDF text, with options. Otherwise it is the same as [`read_urdf`].
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     no_values(source, options.values)?;
@@ -73,7 +73,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     })
 }
 
-/// Refuses values of symbols, since a URDF has none.
+/// Fails if values of symbols are given, because a URDF has no symbols.
 fn no_values(source: DescriptionFile, values: &[(String, f64)]) -> Result<(), Error> {
     match values.first() {
         Some((name, _)) => Err(source.whole(no_symbol(name, &[]))),
@@ -81,7 +81,7 @@ fn no_values(source: DescriptionFile, values: &[(String, f64)]) -> Result<(), Er
     }
 }
 
-/// The note on a mimic joint that is read as an independent coordinate.
+/// The note if a mimic joint is read as an independent coordinate; otherwise `None`.
 fn freed(joint: &urdf_rs::Joint, mimic: Mimic) -> Option<Note> {
     let text = "mimics another joint in the file; read as a coordinate of its own, as was asked";
     let is_freed = joint.mimic.is_some() && mimic == Mimic::Independent;
@@ -99,7 +99,7 @@ fn file_joint(
     let joint = &model.joints[moving.joint];
     let carried = carried(model, checked, &moving.carried);
     note_weightless(&joint.child.link, &carried, checked, notes);
-    // urdf-rs reads missing values as zero; only values in the text are known.
+    // urdf-rs reads missing values as zero. So a value counts as known only if it is in the text.
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -123,7 +123,7 @@ fn file_joint(
     }
 }
 
-/// The bodies of links of the file with the given poses, with their inertials and shapes.
+/// The bodies for links of the file, with inertials and shapes. `places`: index of each link, and its pose.
 fn carried(model: &urdf_rs::Robot, checked: &Checked, places: &[(usize, Pose)]) -> Vec<LumpedBody> {
     let of = |(index, pose): &(usize, Pose)| {
         let link = &model.links[*index];
@@ -138,7 +138,7 @@ fn carried(model: &urdf_rs::Robot, checked: &Checked, places: &[(usize, Pose)]) 
     places.iter().map(of).collect()
 }
 
-/// The inertial of a link, in its own frame.
+/// The inertial of a link, in the frame of the link in the file.
 fn part(link: &urdf_rs::Link) -> Part {
     let origin = &link.inertial.origin;
     let i = &link.inertial.inertia;
@@ -150,14 +150,14 @@ fn part(link: &urdf_rs::Link) -> Part {
     }
 }
 
-/// Notes on links without an inertial.
+/// Adds notes on links without an inertial.
 fn note_weightless(link: &str, carried: &[LumpedBody], checked: &Checked, notes: &mut Vec<Note>) {
     let mut note = |text: String| notes.push(Note { subject: link.into(), text });
     if carried.iter().all(|one| one.part.is_none()) {
         note("has no inertial: its standard parameters are unknown".into());
         return;
     }
-    // A link without an inertial has zero mass; where it has a shape, a note tells the user.
+    // A link without an inertial counts as massless. If it has a shape, a note tells the user.
     for one in carried.iter().filter(|one| one.part.is_none()) {
         if checked.links.get(&one.name).is_some_and(|mark| mark.has_shape) {
             note(format!("`{}` has no inertial and counts as massless", one.name));
@@ -165,8 +165,8 @@ fn note_weightless(link: &str, carried: &[LumpedBody], checked: &Checked, notes:
     }
 }
 
-/// The intersection of the limits with the soft limits of the safety controller; `None` where this is not narrower, or where
-/// the controller has no range (gains alone).
+/// The intersection of the limits with the soft limits of the safety controller. `None` if it is not narrower than the
+/// limits, or if the controller has only gains and no range.
 fn soft_limits(joint: &urdf_rs::Joint, (low, high): (f64, f64)) -> Option<(f64, f64)> {
     let soft = joint.safety_controller.as_ref()?;
     let both = (low.max(soft.soft_lower_limit), high.min(soft.soft_upper_limit));
@@ -187,9 +187,9 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
     let limit = &joint.limit;
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-    // Missing limits count as zero; then an empty range does not lock the joint.
+    // urdf-rs reads missing limits as zero. Such an empty range must not lock the joint.
     let is_written = checked.joints.get(&joint.name).is_some_and(|m| m.has_range);
-    // CAD exporters write zeros for unknown limits; an intentionally locked joint has a velocity or an effort.
+    // CAD exporters write zeros for unknown limits. An intentionally locked joint has a non-zero velocity or effort limit.
     let is_blank = [limit.lower, limit.upper, limit.velocity, limit.effort].iter().all(|x| *x == 0.0);
     let has_range = !is_blank && (is_written || limit.lower < limit.upper);
     let position = (!turns && has_range).then_some((limit.lower, limit.upper));

@@ -1,8 +1,7 @@
-//! A first reading of a URDF text, for data that urdf-rs does not provide.
+//! Checks a URDF text before urdf-rs reads it, and reads data that urdf-rs does not provide.
 //!
-//! urdf-rs has no line numbers. It reads a missing inertial as a massless link and a missing
-//! limit as zeros, and it accepts NaN. Here every element of the mechanism is checked with its line, and a text with these
-//! elements only is written for urdf-rs.
+//! urdf-rs has no line numbers. It reads a missing inertial as a massless link and a missing limit as zeros, and it accepts NaN.
+//! Here every element of the mechanism is checked with its line, and a text with only these elements is written for urdf-rs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -22,11 +21,11 @@ use crate::format::xml::document;
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
-/// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
-/// whether it is required.
+/// An element with the children and attributes that are read. Each attribute has its name, its count of numbers (0: it is a
+/// text), and whether it is required.
 type UrdfElement = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
-/// The elements that are read, with their children and their attributes.
+/// All elements that are read, with their children and attributes.
 const KNOWN_ELEMENTS: [UrdfElement; 14] = [
     ("robot", &["link", "joint"], &[("name", 0, false)]),
     ("link", &["inertial"], &[("name", 0, true)]),
@@ -66,27 +65,27 @@ const KNOWN_ELEMENTS: [UrdfElement; 14] = [
     ("mimic", &[], &[("joint", 0, true), ("multiplier", 1, false), ("offset", 1, false)]),
 ];
 
-/// Elements of a URDF that are not needed here.
+/// Elements of a URDF that are ignored here.
 const UNUSED_ELEMENTS: &str = "visual collision contact self_collision_checking calibration material transmission gazebo \
     sensor";
 
-/// Required children: the element, and its child.
+/// Required children: name of the element, and name of the child that it must have.
 const REQUIRED_CHILDREN: [(&str, &str); 4] =
     [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
 
-/// Line and column of an element.
+/// Line and column of an element in the file.
 pub(super) type Position = (usize, usize);
 
-/// The place of a link and the elements that it has.
+/// The place of a link in the text, and which elements it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkMark {
     pub at: Position,
     pub has_inertial: bool,
-    /// Whether it has a visual or a collision.
+    /// Whether the link has a visual or a collision element.
     pub has_shape: bool,
 }
 
-/// The places of a joint and the attributes that it has.
+/// The places of a joint in the text, and which attributes it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointMark {
     pub at: Position,
@@ -96,32 +95,32 @@ pub(super) struct JointMark {
     pub mimic_at: Position,
     pub has_limit: bool,
     pub has_velocity: bool,
-    /// Whether both position limits are written.
+    /// Whether both position limits are written in the file.
     pub has_range: bool,
     pub has_damping: bool,
     pub has_friction: bool,
 }
 
-/// A checked text.
+/// A URDF text that was checked, with data that urdf-rs does not provide.
 #[derive(Clone, Debug)]
 pub(super) struct Checked {
-    /// The elements of the mechanism as XML.
+    /// An XML text that contains only the elements of the mechanism.
     pub text: String,
     pub at: Position,
     pub links: BTreeMap<String, LinkMark>,
     pub joints: BTreeMap<String, JointMark>,
-    /// The shapes of each link, in its frame in the file.
+    /// The collision shapes of each link, by its name, in the frame of the link in the file.
     pub collisions: BTreeMap<String, Vec<Collision>>,
-    /// Notes on values that were read differently, and on ignored elements.
+    /// Notes on values that were changed, and on ignored elements.
     pub notes: Vec<Note>,
-    /// The findings of lint about the text.
+    /// Findings about the text for lint.
     pub oddities: Vec<Finding>,
 }
 
-/// Largest magnitude of a joint limit, SI units.
+/// Largest absolute value of a joint limit, SI units.
 const LARGEST_LIMIT: f64 = 1e100;
 
-/// Checks a text; `floats`: whether a floating base was requested, so that a floating root joint is omitted.
+/// Checks a URDF text. `floats`: whether a floating base was requested; then a floating joint at the root is omitted.
 pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
@@ -164,7 +163,7 @@ pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result
     })
 }
 
-/// The remedy for a word that is no number.
+/// A hint for the error that a word is no number.
 fn way_out(tag: &str, word: &str) -> &'static str {
     let lower = word.to_lowercase();
     match () {
@@ -180,11 +179,12 @@ struct UrdfChecker<'a, 'i> {
     document: &'a Document<'i>,
     out: String,
     notes: Vec<Note>,
-    /// Elements of the robot that are ignored.
+    /// Elements that are ignored because they describe the floating base.
     left_out: Vec<Node<'a, 'i>>,
 }
 
-/// The joint that lets the base float or slide over the ground, and its parent; `None` where the parent has other joints.
+/// The floating or planar joint that carries the base, and its parent link. `None` if there is no such joint, or if the
+/// parent has other joints.
 fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, 'i>)> {
     let joints = || root.children().filter(|n| n.has_tag_name("joint"));
     let end = |joint: Node, tag: &str| first(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
@@ -207,7 +207,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         (at.row as usize, at.col as usize)
     }
 
-    /// Checks an element with its children, and writes it to `out`; `owner` names its link or joint.
+    /// Checks an element and its children, and writes them to `out`. `owner`: name of its link or joint in errors.
     fn copy(&mut self, node: Node<'a, 'i>, owner: &str) -> Result<(), Error> {
         if self.left_out.contains(&node) {
             return Ok(());
@@ -221,7 +221,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         if tag == "origin" && node.has_attribute("quat_xyzw") {
             return Err(self.error(node, format!("`quat_xyzw` of {named} is not read: give its orientation as rpy")));
         }
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail, so the result is ignored.
         let _ = write!(self.out, "<{tag}");
         for &(attribute, count, required) in *attributes {
             match node.attribute(attribute) {
@@ -229,7 +229,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
                     let value = self.attribute(node, &named, attribute, value, count)?;
                     let _ = write!(self.out, " {attribute}=\"{value}\"");
                 }
-                // urdf-rs requires a velocity; zero counts as none (read.rs).
+                // urdf-rs requires a velocity. read.rs treats a zero as no limit.
                 None if (tag, attribute) == ("limit", "velocity") => self.out += " velocity=\"0\"",
                 None if attribute == "k_velocity" => self.out += " k_velocity=\"0\"",
                 None if required => {
@@ -242,8 +242,8 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         for child in node.children().filter(Node::is_element) {
             let name = child.tag_name().name();
             if !children.contains(&name) {
-                // Elements for other programs are skipped, but a misspelt name of an element that is read here is
-                // refused.
+                // Unknown elements belong to other programs and are skipped. An element with a misspelt name is an error,
+                // because it would be ignored without notice.
                 let is_unused = UNUSED_ELEMENTS.split_whitespace().any(|unused| unused == name);
                 if let Some(meant) = nearest(name, children.iter().copied()).filter(|_| !is_unused) {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
@@ -272,7 +272,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         Ok(())
     }
 
-    /// The value of an attribute, escaped for XML. Fails where its numbers are not finite or their count is wrong.
+    /// The value of an attribute, escaped for XML. Fails if a number is not finite or if the count of numbers is wrong.
     fn attribute(&self, node: Node, named: &str, attribute: &str, value: &str, count: usize) -> Result<String, Error> {
         let place = format!("`{attribute}` in <{}> of {named}", node.tag_name().name());
         if count == 0 {
@@ -280,7 +280,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
                 return Err(self.error(node, format!("{place} is empty")));
             }
             let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-            // Unescaped line breaks and tabs in an attribute would be read as blanks by XML.
+            // XML reads unescaped line breaks and tabs in attributes as blanks, so they are escaped.
             return Ok(escaped.replace('\n', "&#10;").replace('\r', "&#13;").replace('\t', "&#9;"));
         }
         let words: Vec<&str> = value.split_whitespace().collect();
@@ -288,7 +288,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
-        // A limit may be very large on purpose.
+        // A limit may be intentionally very large.
         let largest = if node.tag_name().name() == "limit" { LARGEST_LIMIT } else { LARGEST_NUMBER };
         for word in &words {
             match word.parse::<f64>() {

@@ -1,7 +1,7 @@
-//! The tree of a URDF: its root, its moving links in order, and the links fixed to each of them.
+//! Builds the tree of a URDF: its root, its moving links in order, and the links fixed to each of them.
 //!
-//! Order: depth first, the joints of a link (including fixed joints) sorted by name. Pinocchio and other programs
-//! that sort the joints of a URDF have this order.
+//! The order is depth first, and the joints of a link (also fixed ones) are sorted by name. Pinocchio and other programs that
+//! sort the joints of a URDF have the same order.
 
 use std::collections::BTreeMap;
 
@@ -18,25 +18,26 @@ use crate::robot::Note;
 use crate::value::Value;
 use gate::suggestion::did_you_mean;
 
-/// A moving link: its joint, and the links fixed to it with their poses in its joint frame.
+/// A moving link: its joint, and the links that are fixed to it.
 #[derive(Clone, Debug)]
 pub(super) struct MovingLink {
-    /// Index in the file's joints.
+    /// Index of the joint in the joints of the file.
     pub joint: usize,
     pub given: JointPlacement,
-    /// Indices in the file's links and poses, including the moving link itself, in the order of the file.
+    /// Index and pose of each link that the joint carries, including the moving link itself. Poses are in the joint frame;
+    /// the order is the order of the file.
     pub carried: Vec<(usize, Pose)>,
 }
 
-/// The links of a robot, grouped by the moving link that carries them.
+/// All links of a robot, grouped by the moving link that carries them.
 pub(super) struct MovingLinks {
     /// The moving links, antecedents first.
     pub moving: Vec<MovingLink>,
-    /// The root and the links fixed to it, by index in the file's links, with their poses in the root.
+    /// Index and pose of the root link and of each link fixed to it. Poses are in the root frame.
     pub rooted: Vec<(usize, Pose)>,
 }
 
-/// The moving links. `floating`: whether the base floats; then a robot without joints is allowed.
+/// Groups the links of a robot. `floating`: whether the base floats; then a robot without joints is allowed.
 pub(super) fn moving_links(
     source: DescriptionFile,
     checked: &Checked,
@@ -50,8 +51,8 @@ pub(super) fn moving_links(
     let mut moving: Vec<MovingLink> = Vec::new();
     let mut rooted = vec![(tree.root, Pose::IDENTITY)];
     let mut reached = vec![false; model.joints.len()];
-    // Each entry: a joint to visit, the moving link that carries it, and the pose of its parent link in the joint frame of
-    // this moving link.
+    // Each entry of the stack: a joint to visit, the moving link that carries it, and the pose of its parent link in the
+    // joint frame of this moving link.
     let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
     let push = |link: usize, carrier, pose, stack: &mut Vec<_>| {
         stack.extend(tree.below[link].iter().rev().map(|&j| (j, carrier, pose)));
@@ -92,19 +93,19 @@ pub(super) fn moving_links(
     Ok(MovingLinks { moving, rooted })
 }
 
-/// Largest number of joints that are followed to find a circle.
+/// Largest number of joints that are followed when a circle of joints is searched.
 const MAX_CIRCLE_JOINTS: usize = 1000;
-/// Joints that a message lists of a longer circle.
+/// Number of joints of a circle that a message lists.
 const LISTED_JOINTS: usize = 5;
 
 struct Tree {
-    /// Index of the single link that is not a child.
+    /// Index of the only link that is no child of a joint.
     root: usize,
-    /// The joints on each link, sorted by name.
+    /// For each link, indices of the joints that have it as parent, sorted by name.
     below: Vec<Vec<usize>>,
-    /// The parent link of each joint.
+    /// For each joint, index of its parent link.
     parent: Vec<usize>,
-    /// The child link of each joint.
+    /// For each joint, index of its child link.
     child: Vec<usize>,
 }
 
@@ -118,7 +119,7 @@ impl Tree {
         let mut below: Vec<Vec<usize>> = vec![Vec::new(); model.links.len()];
         let mut above: Vec<Option<usize>> = vec![None; model.links.len()];
         let (mut parents, mut children) = (Vec::new(), Vec::new());
-        // The joint above each link, and the joints below.
+        // Finds the joint above each link, and the joints below each link.
         for (j, joint) in model.joints.iter().enumerate() {
             let find = |role: &str, name: &str, at: fn(&JointMark) -> Position| {
                 link_index.get(name).copied().ok_or_else(|| {
@@ -144,7 +145,7 @@ impl Tree {
             parents.push(parent);
             children.push(child);
         }
-        // The order of Pinocchio: the joints of a link sorted by name.
+        // As in Pinocchio, the joints of a link are sorted by name.
         for joints in &mut below {
             joints.sort_by_key(|&j| &model.joints[j].name);
         }
@@ -172,7 +173,7 @@ impl Tree {
         }
     }
 
-    /// The names of the joints of the circle above a joint, for a message.
+    /// Names of the joints that form the circle above a joint, for a message.
     fn circle(&self, model: &urdf_rs::Robot, start: usize) -> Vec<String> {
         let above: BTreeMap<usize, usize> = self.child.iter().enumerate().map(|(j, &link)| (link, j)).collect();
         let mut seen: Vec<usize> = Vec::new();
@@ -183,7 +184,7 @@ impl Tree {
                 return names.collect();
             }
             seen.push(j);
-            // For a longer circle the message lists the first joints.
+            // For a very long circle, the message lists only the first joints.
             if seen.len() > MAX_CIRCLE_JOINTS {
                 break;
             }
@@ -197,7 +198,7 @@ fn mark<'a>(checked: &'a Checked, joint: &urdf_rs::Joint) -> Option<&'a JointMar
     checked.joints.get(&joint.name)
 }
 
-/// The pose of the joint frame in the parent link's frame, with exact angles.
+/// Pose of the joint frame in the frame of the parent link. Rounded angles are replaced by exact ones, with notes.
 fn origin(joint: &urdf_rs::Joint, angles: AngleSnapping, snapped: &mut Vec<Note>) -> Pose {
     let given = *joint.origin.rpy;
     let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
@@ -211,7 +212,7 @@ fn origin(joint: &urdf_rs::Joint, angles: AngleSnapping, snapped: &mut Vec<Note>
 fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let given = *joint.axis.xyz;
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // A coordinate axis has one non-zero entry. A note is due if other entries were set to zero.
+    // A coordinate axis has exactly one non-zero entry. A note is added if other entries were set to zero.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
     let left_out =
         given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > angle_snap::UNNOTED_DIFFERENCE_RAD * largest);

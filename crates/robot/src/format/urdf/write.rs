@@ -1,15 +1,14 @@
-//! A robot written as a URDF: link frames are Khalil's, so that every joint turns about its own z.
+//! Writes a robot as a URDF. The link frames are Khalil's, so every joint turns about its own z axis.
 //!
-//! The joint frame of a URDF at q = 0 is iTj of the table, including the constant part of the joint
-//! variable. Inertias are about the centre of mass, in the axes of the link frame. A URDF is a
-//! tree with numbers: loops are cut, symbols become their values, and a joint that follows exactly
-//! one other joint by a factor and an offset mimics it.
+//! The joint frame of a URDF at q = 0 is iTj of the table, including the constant part of the joint variable. Inertias are
+//! about the centre of mass, in the axes of the link frame. A URDF is a tree with numbers: loops are cut, and symbols become
+//! their values. A joint becomes a mimic joint if it follows exactly one other joint by a factor and an offset.
 
 use crate::inertial::{Matrix3, Part, Pose};
 use crate::robot::{Drive, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
 use crate::value::CoordinateId;
 
-/// The URDF text of a robot, and notes on properties that a URDF cannot express.
+/// Returns the URDF text of a robot, and notes on properties that a URDF cannot express.
 pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
     let names = unique(robot.links.iter().map(|l| carried(&l.name)), "base");
     let joints = unique(robot.links.iter().map(|l| carried(joint_name(robot, l))), "");
@@ -25,12 +24,12 @@ pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
     (writer.text, writer.notes)
 }
 
-/// The text so far, and the notes.
+/// The URDF text written so far, and the notes.
 struct Writer<'a> {
     robot: &'a Robot,
-    /// The unique names of the links.
+    /// Unique names of the links, in the order of the links.
     names: Vec<String>,
-    /// The unique names of the joints.
+    /// Unique names of the joints, in the order of the links.
     joints: Vec<String>,
     text: String,
     notes: Vec<Note>,
@@ -46,7 +45,7 @@ impl Writer<'_> {
         self.notes.push(Note { subject: subject.into(), text });
     }
 
-    /// `<link>` with its `<inertial>` about the centre of mass, in the axes of the link frame.
+    /// Writes `<link>` with its `<inertial>` about the centre of mass, in the axes of the link frame.
     fn link(&mut self, j: LinkId) {
         let link = self.robot.link(j);
         self.line(format!("  <link name=\"{}\">", escaped(&self.names[j.0])));
@@ -72,7 +71,7 @@ impl Writer<'_> {
         self.line("  </link>".into());
     }
 
-    /// `<joint>`: its pose at q = 0 in the frame of its antecedent, then its axis, limits and dynamics.
+    /// Writes `<joint>`: its pose at q = 0 in the frame of its antecedent, its axis, its limits and its dynamics.
     fn joint(&mut self, j: LinkId) {
         let link = self.robot.link(j);
         let moves = !link.joint.variable.terms.is_empty() && link.joint.kind != JointKind::Fixed;
@@ -101,7 +100,7 @@ impl Writer<'_> {
         self.line("  </joint>".into());
     }
 
-    /// The limits of the coordinate that the joint alone moves.
+    /// The limits of the joint's coordinate, if only this coordinate moves the joint; otherwise no limits.
     fn limits_of(&self, j: LinkId) -> Limits {
         let joint = &self.robot.link(j).joint;
         match (joint.drive, &joint.variable.terms[..]) {
@@ -115,7 +114,7 @@ impl Writer<'_> {
     fn axis_and_limit(&mut self, j: LinkId, limits: Limits) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
-        // The axis is reversed where the coordinate has the factor -1.
+        // If the coordinate has a negative factor, the axis is reversed.
         let against = joint.drive == Drive::Actuated && joint.variable.terms[0].1 < 0.0;
         self.line(format!("    <axis xyz=\"0 0 {}\"/>", if against { "-1" } else { "1" }));
         let mut attributes = String::new();
@@ -154,7 +153,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `<mimic>` where the joint follows one coordinate that has its own joint.
+    /// Writes `<mimic>` if the joint follows one coordinate that has its own joint.
     fn mimic(&mut self, j: LinkId) {
         let leader = match &self.robot.link(j).joint.variable.terms[..] {
             [(k, c)] => self.robot.joint_of(*k).map(|leader| (self.joints[leader.0].clone(), c)),
@@ -199,7 +198,7 @@ impl Writer<'_> {
     }
 }
 
-/// The name of the coordinate where the joint is actuated by it alone, otherwise the name of the joint.
+/// The name of the coordinate if it alone moves an actuated joint; otherwise the name of the joint.
 fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
     match (link.joint.drive, &link.joint.variable.terms[..]) {
         (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k),
@@ -207,22 +206,22 @@ fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
     }
 }
 
-/// Limits of the position, where both are finite.
+/// The position limits; `None` unless both are finite.
 fn range(limits: &Limits) -> Option<(f64, f64)> {
     limits.position.filter(|p| p.0.is_finite() && p.1.is_finite())
 }
 
-/// cos(pitch) below which roll and yaw turn about one line within rounding.
+/// If cos(pitch) is below this, roll and yaw turn about the same line up to rounding.
 const UPRIGHT_COSINE: f64 = 1e-12;
 
-/// Roll, pitch and yaw, rad, of R = Rz(yaw) Ry(pitch) Rx(roll).
+/// Roll, pitch and yaw, rad, of a rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
 fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     let across = r[0][0].hypot(r[1][0]);
     let pitch = (-r[2][0]).atan2(across);
     if across > UPRIGHT_COSINE {
         [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])]
     } else {
-        // Roll and yaw turn about one line, so the whole angle goes to yaw.
+        // Roll and yaw turn about the same line, so roll is set to zero and yaw is the whole angle.
         [0.0, pitch, (-r[0][1]).atan2(r[1][1])]
     }
 }
@@ -238,7 +237,7 @@ fn unique(names: impl Iterator<Item = String>, taken: &str) -> Vec<String> {
     all.split_off(1)
 }
 
-/// A name without characters that XML forbids, and without line breaks, which XML reads as blanks.
+/// Replaces characters that XML forbids by underscores, and line breaks too, because XML reads them as blanks.
 fn carried(name: &str) -> String {
     name.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { '_' } else { c }).collect()
 }

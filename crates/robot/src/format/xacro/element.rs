@@ -1,4 +1,4 @@
-//! The tree of a file with macros: elements, whether they are in the name space of xacro, and texts, without comments.
+//! The element tree of a xacro file, without comments. Each element states whether it is in the xacro name space.
 
 use std::rc::Rc;
 
@@ -7,13 +7,13 @@ use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 
-/// Largest depth of nested elements, above the depth of any robot.
+/// Largest depth of nested elements; no real robot needs more.
 const MAX_ELEMENT_DEPTH: usize = 200;
 
 #[derive(Debug)]
 pub(super) struct XacroElement {
     pub tag: String,
-    /// Whether it is in the name space of xacro.
+    /// Whether the element is in the xacro name space.
     pub is_macro: bool,
     pub attributes: Vec<(String, String)>,
     pub children: Vec<Child>,
@@ -32,7 +32,7 @@ impl XacroElement {
         self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
     }
 
-    /// The value of a required attribute. Fails where it is missing.
+    /// The value of a required attribute. Fails if the attribute is missing.
     pub(super) fn needed(&self, name: &str) -> Result<&str, Error> {
         self.attribute(name).ok_or_else(|| self.error(format!("<xacro:{}> has no `{name}`", shown(&self.tag))))
     }
@@ -42,7 +42,7 @@ impl XacroElement {
     }
 }
 
-/// The root of a file.
+/// Reads the root element of a xacro file.
 pub(super) fn read(text: &str, file: &str) -> Result<Rc<XacroElement>, Error> {
     let document = document(DescriptionFile { file }, text, "a xacro")?;
     element(document.root_element(), &Rc::from(file), 0)
@@ -51,7 +51,7 @@ pub(super) fn read(text: &str, file: &str) -> Result<Rc<XacroElement>, Error> {
 fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<XacroElement>, Error> {
     let line = node.document().text_pos_at(node.range().start).row as usize;
     let tag = node.tag_name();
-    // Any address of the name space of xacro: several are in use.
+    // Several addresses of the xacro name space are in use; all are accepted.
     let is_macro = tag.namespace().is_some_and(|space| space.trim_end_matches('/').ends_with("xacro"));
     let attributes = node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect();
     let mut found =
@@ -69,7 +69,7 @@ fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<Xac
     Ok(Rc::new(found))
 }
 
-/// Writes an element as XML. Above `most` bytes nothing more is written, so that the text is no valid XML.
+/// Writes an element as XML to `out`. It stops if `out` is longer than `most` bytes; the text is then no valid XML.
 pub(super) fn write(child: &Child, most: usize, out: &mut String) {
     if out.len() > most {
         return;

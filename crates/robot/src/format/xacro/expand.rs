@@ -1,7 +1,7 @@
-//! Expands a description with macros, in the order of its elements, as Python's xacro does.
+//! Expands the macros of a xacro file, in the order of its elements, as the Python program xacro does.
 //!
-//! A property is evaluated when it is first used, in the scope of its definition. All names of the caller are visible in a
-//! macro. Blocks are expanded before they are passed to a macro.
+//! A property is evaluated at its first use, in the scope of its definition. A macro can use all names of its caller. Blocks
+//! are expanded before they are passed to a macro.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -25,9 +25,9 @@ const MAX_CALL_DEPTH: usize = 60;
 /// Largest depth of nested elements, including the elements of macros.
 const MAX_ELEMENT_DEPTH: usize = 300;
 
-/// The expanded text of a description. `arguments`: values of `$(arg)`; `packages`: folders of `$(find)`.
+/// Expands a xacro text to XML. `arguments`: values for `$(arg)`. `packages`: folders for `$(find)`.
 ///
-/// Fails, with file and line, where the text is no xacro, needs data of the host, or exceeds the bounds.
+/// Fails, with file and line, if the text is no xacro, needs data of the host, or exceeds the bounds.
 pub(in crate::format) fn expanded(
     text: &str,
     file: &str,
@@ -63,21 +63,21 @@ pub(in crate::format) fn expanded(
     }
 }
 
-/// A macro: its parameters with their defaults, and its body.
+/// A macro: its parameters with defaults, and the elements that replace its calls.
 #[derive(Debug)]
 struct Macro {
     parameters: Vec<Parameter>,
     body: Rc<XacroElement>,
 }
 
-/// The meaning of a name.
+/// The meaning of a name in a scope.
 #[derive(Clone, Debug)]
 enum Meaning {
-    /// The text of a property that is not yet evaluated.
+    /// A property that was not evaluated yet: its text.
     Raw(String),
     Value(XacroValue),
     Block(Vec<Child>),
-    /// A property whose evaluation is in progress, to detect circular definitions.
+    /// A property that is being evaluated. If it is needed now, its definition is circular.
     Open,
 }
 
@@ -91,11 +91,11 @@ struct Expander<'a> {
     arguments: BTreeMap<String, String>,
     macros: BTreeMap<String, Rc<Macro>>,
     scopes: Vec<Scope>,
-    /// Names of the declared or used arguments.
+    /// Names of the arguments that are declared or used in the file.
     declared: BTreeSet<String>,
-    /// Elements and texts that may still be expanded.
+    /// Number of elements and texts that may still be expanded.
     work: usize,
-    /// Bytes of texts that may still be created.
+    /// Number of bytes of text that may still be created.
     bytes: usize,
     /// Current depth of nested elements.
     nested: usize,
@@ -121,7 +121,7 @@ impl Expander<'_> {
         done
     }
 
-    /// Expands an element that is written to the output.
+    /// Expands an ordinary element, which is written to the output.
     fn plain(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         let mut attributes = Vec::with_capacity(element.attributes.len());
         for (name, value) in &element.attributes {
@@ -153,7 +153,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// Executes an element of xacro itself, or the call of a macro.
+    /// Executes an element of xacro itself, or calls a macro.
     fn own(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
         match element.tag.as_str() {
             "include" => self.include(element, out),
@@ -207,7 +207,7 @@ impl Expander<'_> {
         self.deeper(element, |expander| expander.children(&root.children, &root, out))
     }
 
-    /// Expands the content of a macro or of an included file. Fails where they are nested too deep.
+    /// Expands the content of a macro or an included file by `go`. Fails if macros and includes are nested too deep.
     fn deeper(&mut self, element: &XacroElement, go: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
         if self.depth == MAX_CALL_DEPTH {
             return Err(element.error(format!("more than {MAX_CALL_DEPTH} macros and includes stand in one another")));
@@ -230,7 +230,7 @@ impl Expander<'_> {
         let last = self.scopes.len() - 1;
         let (place, meaning) = match (element.attribute("scope"), meaning) {
             (None, meaning) => (last, meaning),
-            // A property for an outer scope is evaluated within the macro.
+            // A property that a macro defines for an outer scope is evaluated inside the macro.
             (Some(scope), Meaning::Raw(raw)) => {
                 let value = self.text(&raw, element)?;
                 (if scope == "global" { 0 } else { last.saturating_sub(1) }, Meaning::Value(literal(value)))
@@ -313,7 +313,7 @@ impl Expander<'_> {
         })
     }
 
-    /// The value of a name; `None` where it has none.
+    /// The value of a property or argument name; `None` if the name has no value.
     fn known(&mut self, name: &str, element: &XacroElement) -> Result<Option<XacroValue>, Error> {
         let Some(place) = (0..self.scopes.len()).rev().find(|&k| self.scopes[k].names.contains_key(name)) else {
             return Ok(None);
@@ -322,7 +322,7 @@ impl Expander<'_> {
             Some(Meaning::Value(value)) => Ok(Some(value)),
             Some(Meaning::Raw(raw)) => {
                 self.scopes[place].names.insert(name.into(), Meaning::Open);
-                // Evaluated in the scope of its definition.
+                // A property is evaluated in the scope of its definition, so the inner scopes are removed meanwhile.
                 let inner = self.scopes.split_off(place + 1);
                 let value = self.deeper_value(element, |expander| expander.text(&raw, element));
                 self.scopes.extend(inner);
@@ -345,7 +345,7 @@ impl Expander<'_> {
         Ok(found)
     }
 
-    /// The value of a text with `${}` and `$()` in it. A text that is only `${}` keeps the type of its value.
+    /// Evaluates a text with `${}` and `$()` in it. A text that consists only of one `${}` keeps the type of its value.
     fn text(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let made = self.evaluated(text, element)?;
         let bytes = if let XacroValue::Text(text) = &made { text.len() } else { 0 };
@@ -379,7 +379,7 @@ impl Expander<'_> {
                     continue;
                 }
             };
-            // Two dollars are an escaped dollar.
+            // Two dollar signs stand for one dollar character.
             if dollars > 1 {
                 parts.push(XacroValue::Text(format!("{}{}", &from[1..dollars], &behind[..1])));
                 rest = &behind[1..];
@@ -411,13 +411,13 @@ impl Expander<'_> {
         expression::value(text, &mut known).map_err(|e| element.error(format!("${{{}}}: {e}", shown(text))))
     }
 
-    /// `$(arg name)`, `$(find package)`, `$(dirname)`; commands that need data of the host are refused.
+    /// Evaluates `$(arg name)`, `$(find package)` and `$(dirname)`. Commands that need data of the host are refused.
     fn command(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let (command, name) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let name = name.trim();
         match command {
             "arg" => {
-                // A file may use an argument that it does not declare; then the user must give its value.
+                // A file may use an argument that it does not declare. Then the user must give its value.
                 self.declared.insert(name.into());
                 self.arguments.get(name).map(|value| XacroValue::Text(value.clone())).ok_or_else(|| {
                     element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
@@ -436,7 +436,7 @@ impl Expander<'_> {
     }
 }
 
-/// The names and files of an expression.
+/// Gives an expression access to the names and files of the expander.
 struct NameLookup<'a, 'b> {
     expander: &'a mut Expander<'b>,
     element: &'a XacroElement,
@@ -455,7 +455,7 @@ impl NameSource for NameLookup<'_, '_> {
     }
 }
 
-/// A text that is a number or a boolean, as this value.
+/// Converts a text that is a number or a boolean to this number or boolean.
 fn literal(value: XacroValue) -> XacroValue {
     if let XacroValue::Text(text) = &value { XacroValue::literal(text) } else { value }
 }

@@ -1,4 +1,4 @@
-//! Expressions in `${}`: the arithmetic of Python on numbers, texts, lists and maps, without access to the host.
+//! Evaluates expressions in `${}`: Python arithmetic on numbers, texts, lists and maps, without access to the host.
 //!
 //! ```text
 //! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x.key; 1.5, 'text', [x, y], name
@@ -10,12 +10,12 @@ use super::operations::{binary, contains, function};
 use super::tokens::tokens;
 use super::value::{NameSource, XacroValue};
 
-/// Largest length of an expression, bytes; it also bounds the recursion.
+/// Largest length of an expression, bytes. It also bounds the recursion depth.
 const MAX_EXPRESSION_BYTES: usize = 2000;
 /// Largest depth of nested parentheses and powers.
 const MAX_EXPRESSION_DEPTH: usize = 100;
 
-/// The value of an expression.
+/// Evaluates an expression. `names`: source of the values of names and files.
 pub(super) fn value(text: &str, names: &mut dyn NameSource) -> Result<XacroValue, String> {
     if text.len() > MAX_EXPRESSION_BYTES {
         return Err(format!("an expression of {} bytes: at most {MAX_EXPRESSION_BYTES} are read", text.len()));
@@ -34,7 +34,7 @@ struct ExpressionParser<'a> {
     at: usize,
     names: &'a mut dyn NameSource,
     depth: usize,
-    /// Whether the tokens are evaluated; the branch of a choice that is not taken is only parsed.
+    /// Whether tokens are evaluated. A branch of a conditional that is not chosen is only parsed.
     is_live: bool,
 }
 
@@ -77,7 +77,8 @@ impl ExpressionParser<'_> {
             return Err(format!("more than {MAX_EXPRESSION_DEPTH} parentheses stand in one another"));
         }
         let start = self.at;
-        // The condition is behind the first branch: this branch is parsed once to find it, and evaluated where it holds.
+        // The condition stands after the first branch. So this branch is first parsed to find the condition, and evaluated
+        // later if it holds.
         let first = self.dead(Self::either)?;
         let found = if self.take("if") {
             let condition = self.either()?;
@@ -267,7 +268,7 @@ impl ExpressionParser<'_> {
         if !(first.is_alphabetic() || first == '_') {
             return Err(format!("`{token}` is not expected"));
         }
-        // A function may have the name of its module in front.
+        // A function may be written with the name of its module, for example `math.sin`.
         let name = match token.as_str() {
             "xacro" | "math" | "python" if self.take(".") => {
                 self.at += 1;
@@ -324,7 +325,7 @@ mod tests {
         }
     }
 
-    /// The values as Python 3 prints them.
+    /// Values in the form in which Python 3 prints them.
     #[test]
     fn expressions_are_those_of_python() {
         for (text, printed) in [

@@ -1,4 +1,4 @@
-//! The files that a description with macros may open: below its own folder and below the folders of given packages.
+//! Opens the files that a xacro may use: below its own folder, and below the folders of given packages.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use gate::source;
 
 use crate::format::shown::shown;
 
-/// Largest total size of all files, bytes.
+/// Largest total size of all opened files, bytes.
 const MAX_INCLUDED_BYTES: u64 = 16 << 20;
 
-/// The folders, and the number of bytes that may still be read.
+/// The folders in which files may be opened, and the number of bytes that may still be read.
 pub(super) struct Files<'a> {
     folder: Option<&'a Path>,
     packages: &'a [(String, PathBuf)],
@@ -21,7 +21,7 @@ impl<'a> Files<'a> {
         Files { folder, packages, left: MAX_INCLUDED_BYTES }
     }
 
-    /// The folder of a package.
+    /// The folder of a package. Fails if the user did not give it.
     pub(super) fn package(&self, name: &str) -> Result<String, String> {
         let found = self.packages.iter().find(|(known, _)| known == name);
         found.map(|(_, folder)| folder.display().to_string()).ok_or_else(|| {
@@ -33,11 +33,11 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// The text of a file, and its path; a relative path is relative to the folder of the file `from`.
+    /// Reads a file: its text and its path. A relative path is relative to the folder of the file `from`.
     pub(super) fn text(&mut self, name: &str, from: &str) -> Result<(String, String), String> {
         let beside = Path::new(from).parent().unwrap_or(Path::new(""));
         let path = if Path::new(name).is_absolute() { PathBuf::from(name) } else { beside.join(name) };
-        // The folder of a package may be relative to the working directory, as the user gave it.
+        // The folder of a package may be relative to the working directory, because the user gave it in this form.
         let path = if !path.exists() && Path::new(name).exists() { PathBuf::from(name) } else { path };
         let fail = |what: &str| format!("`{}`: {what}", shown(name));
         let full = path.canonicalize().map_err(|e| fail(&format!("the file cannot be read: {e}")))?;

@@ -1,13 +1,13 @@
-//! The functions and operators of expressions.
+//! The functions and operators of xacro expressions.
 
 use std::rc::Rc;
 
 use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue};
 
-/// Largest length of the sum of two lists.
+/// Largest length of a list that results from adding two lists.
 const MAX_LIST_ITEMS: usize = 2000;
 
-/// The value of a function.
+/// Calls the function `name` with these arguments. `names`: source of the values of names and files.
 pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn NameSource) -> Result<XacroValue, String> {
     let number = |k: usize| {
         let value = arguments.get(k).ok_or_else(|| format!("`{name}` lacks an argument"))?;
@@ -48,7 +48,7 @@ pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn Nam
     })
 }
 
-/// The functions of one number.
+/// The mathematical function of one number with this name; `None` if there is none.
 fn of_one_number(name: &str) -> Option<fn(f64) -> f64> {
     match name {
         "sin" => Some(f64::sin),
@@ -68,7 +68,7 @@ fn of_one_number(name: &str) -> Option<fn(f64) -> f64> {
     }
 }
 
-/// The value of an operator between two values.
+/// Applies an operator to two values.
 pub(super) fn binary(operator: &str, left: &XacroValue, right: &XacroValue) -> Result<XacroValue, String> {
     match (operator, left, right) {
         ("+", XacroValue::Text(a), XacroValue::Text(b)) if a.len() + b.len() <= MAX_TEXT_BYTES => {
@@ -110,7 +110,7 @@ pub(super) fn binary(operator: &str, left: &XacroValue, right: &XacroValue) -> R
     }))
 }
 
-/// Whether a text, a list or a map holds a value.
+/// Whether a text, a list or a map contains a value.
 pub(super) fn contains(all: &XacroValue, one: &XacroValue) -> Result<bool, String> {
     match (all, one) {
         (XacroValue::Text(all), XacroValue::Text(one)) => Ok(all.contains(one.as_str())),

@@ -1,17 +1,17 @@
-//! The parameters of a macro.
+//! Parses the parameters of a xacro macro.
 
 use crate::format::shown::shown;
 
-/// A parameter; the name of a block has its stars.
+/// A parameter of a macro. The name of a block parameter starts with its one or two stars.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether a value with this name in the caller's scope is used.
+    /// Whether the value is taken from the name with the same spelling in the scope of the caller, if there is one.
     pub forwards: bool,
     pub default: Option<String>,
 }
 
-/// The parameters in a text `a b:=1 c:=^ d:=^|2 *block **blocks`; a default may be quoted.
+/// Parses a parameter list such as `a b:=1 c:=^ d:=^|2 *block **blocks`. A default may be quoted.
 pub(super) fn parameters(text: &str) -> Result<Vec<Parameter>, String> {
     let (mut found, mut rest) = (Vec::new(), text.trim_start());
     while !rest.is_empty() {
@@ -31,7 +31,7 @@ pub(super) fn parameters(text: &str) -> Result<Vec<Parameter>, String> {
             let quote = rest.chars().next().filter(|c| matches!(c, '\'' | '"'));
             let (default, behind) = match quote {
                 Some(quote) => rest[1..].split_once(quote).ok_or("`params`: a default is not closed")?,
-                // `${a b}` is one default.
+                // A default may contain blanks inside `${}`: `${a b}`.
                 None => rest.split_at(end_of_default(rest)),
             };
             let is_there = quote.is_some() || !default.is_empty();

@@ -1,6 +1,6 @@
-//! The words and signs of an expression.
+//! Splits an expression into tokens.
 
-/// The tokens of an expression. The token of a text begins with its quote and has no closing quote.
+/// The tokens of an expression. A token for a text starts with its quote and has no closing quote.
 pub(super) fn tokens(text: &str) -> Result<Vec<String>, String> {
     let chars: Vec<char> = text.chars().collect();
     let (mut found, mut at) = (Vec::new(), 0);

@@ -1,11 +1,11 @@
-//! Values of properties and of expressions, with the types of Python.
+//! Values of properties and expressions, with the types of Python.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use crate::format::node::{Node, NodeValue};
 
-/// Largest length of a text, bytes.
+/// Largest length of a text value, bytes.
 pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -16,24 +16,24 @@ pub(super) enum XacroValue {
     Number(f64),
     Text(String),
     List(Rc<Vec<XacroValue>>),
-    /// Entries by the texts of their keys.
+    /// A map from texts to values.
     Map(Rc<BTreeMap<String, XacroValue>>),
 }
 
-/// The source of the values of names and files.
+/// Supplies the values of names, and the content of YAML files.
 pub(super) trait NameSource {
     fn value(&mut self, name: &str) -> Result<XacroValue, String>;
     fn yaml(&mut self, file: &str) -> Result<XacroValue, String>;
 }
 
 impl XacroValue {
-    /// The value of a whole text: a number, a boolean, or the text.
+    /// The value of a whole text: a number, a boolean, or the text itself.
     pub(super) fn literal(text: &str) -> XacroValue {
         if let Some(quoted) = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
             return XacroValue::Text(quoted.into());
         }
         let trimmed = text.trim();
-        // A text with underscores is no number here.
+        // A text with underscores is not read as a number.
         let number =
             || trimmed.parse().ok().filter(|_| trimmed.bytes().any(|b| b.is_ascii_digit()) && !text.contains('_'));
         match trimmed {
@@ -55,7 +55,7 @@ impl XacroValue {
         }
     }
 
-    /// Whether it is true as a condition in an expression.
+    /// Whether the value counts as true in a condition of an expression.
     pub(super) fn holds(&self) -> bool {
         match self {
             XacroValue::None => false,
@@ -66,7 +66,7 @@ impl XacroValue {
         }
     }
 
-    /// The boolean of the `value` of an `if`; `None` where it is no boolean.
+    /// The value of the attribute `value` of an `if` as a boolean; `None` if it is no boolean.
     pub(super) fn truth(&self) -> Option<bool> {
         match self {
             XacroValue::Text(text) => match text.trim() {
@@ -89,7 +89,7 @@ impl XacroValue {
         }
     }
 
-    /// The value as text within other text.
+    /// The value as text, for insertion into other text.
     pub(super) fn text(&self) -> String {
         match self {
             XacroValue::None => "None".into(),
@@ -104,7 +104,7 @@ impl XacroValue {
         }
     }
 
-    /// The element of a list, or the entry of a map; `None` where there is none.
+    /// The element of a list at an index, or the entry of a map with a key; `None` if it does not exist.
     pub(super) fn entry(&self, key: &XacroValue) -> Option<XacroValue> {
         match (self, key) {
             (XacroValue::List(items), XacroValue::Int(i)) => {
@@ -116,7 +116,7 @@ impl XacroValue {
         }
     }
 
-    /// The value of a YAML node.
+    /// Converts a YAML node to a value.
     pub(super) fn of_yaml(node: &Node) -> XacroValue {
         match &node.content {
             NodeValue::Null => XacroValue::None,
@@ -133,7 +133,7 @@ impl XacroValue {
     }
 }
 
-/// A YAML text with the numbers behind `!degrees` and other units converted to SI units.
+/// Converts numbers after `!degrees` and other unit tags in a YAML text to SI units.
 pub(super) fn in_si(text: &str) -> String {
     const UNITS: [(&str, f64); 6] = [
         ("!degrees", std::f64::consts::PI / 180.0),

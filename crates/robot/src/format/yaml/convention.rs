@@ -1,4 +1,4 @@
-//! The convention of the placements in a description: its table and its units.
+//! The convention of the frames in a YAML description: the Denavit-Hartenberg table and the units.
 //!
 //! Every table is converted to the six parameters of Khalil and Kleinfinger:
 //!
@@ -8,8 +8,8 @@
 //! | `craig` | alpha_(i-1) a_(i-1) d_i theta_i | alpha, d, r, theta: the frames are equal |
 //! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; d and alpha of the links that i carries |
 //!
-//! In the last table, frame i is at the far end of link i, at Tx(a_i) Rx(alpha_i) in the frame used here, and the body of
-//! link i is given in it: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
+//! In the table `denavit-hartenberg`, frame i is at the far end of link i, at Tx(a_i) Rx(alpha_i) relative to the frame used
+//! here. The body of link i is given in this far frame: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
 
 use std::f64::consts::PI;
 
@@ -23,12 +23,12 @@ use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
 use gate::suggestion::did_you_mean;
 
-/// A longer length of a table is probably in millimetres, m.
+/// A table with a longer length is probably in millimetres, m.
 const LONGEST_LENGTH_M: f64 = 20.0;
-/// Millimetres per metre.
+/// Number of millimetres per metre.
 const MM_PER_M: f64 = 1000.0;
 
-/// The table of Denavit-Hartenberg parameters.
+/// The kind of Denavit-Hartenberg table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DhTable {
     KhalilKleinfinger,
@@ -36,7 +36,7 @@ enum DhTable {
     DenavitHartenberg,
 }
 
-/// The convention and the units of a description.
+/// The table and the units of a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Convention {
     table: DhTable,
@@ -44,7 +44,7 @@ pub(super) struct Convention {
     millimetres: bool,
 }
 
-/// The words of `convention`; the words after the third are other names of the last table.
+/// The values of the key `convention`. Those after the third are other names of the table `denavit-hartenberg`.
 const CONVENTIONS: [(&str, DhTable); 7] = [
     ("khalil-kleinfinger", DhTable::KhalilKleinfinger),
     ("craig", DhTable::Craig),
@@ -56,7 +56,8 @@ const CONVENTIONS: [(&str, DhTable); 7] = [
 ];
 
 impl Convention {
-    /// The `convention` of a description, in SI units until [`Convention::with_units`]. Fails where it is missing or unknown.
+    /// Reads the `convention` of a description. Units are SI until [`Convention::with_units`] is called. Fails if it is
+    /// missing or unknown.
     pub(super) fn of(source: DescriptionFile, root: &Node) -> Result<Convention, Error> {
         let entries = root.map(source, "a robot description")?;
         let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
@@ -82,7 +83,7 @@ impl Convention {
         }
     }
 
-    /// This convention with the units of `angles` and `lengths`.
+    /// Adds the units from the keys `angles` and `lengths` to this convention.
     pub(super) fn with_units(mut self, source: DescriptionFile, fields: &Fields) -> Result<Convention, Error> {
         if let Some(node) = fields.get("angles") {
             self.degrees = node.choice(source, "`angles`", &["rad", "deg"])? == 1;
@@ -93,7 +94,7 @@ impl Convention {
         Ok(self)
     }
 
-    /// The keys of a placement.
+    /// The keys of a link's placement in this table.
     pub(super) fn placement_keys(self) -> &'static [&'static str] {
         match self.table {
             DhTable::KhalilKleinfinger => &["gamma", "b", "alpha", "d", "theta", "r"],
@@ -101,7 +102,7 @@ impl Convention {
         }
     }
 
-    /// The key of one of gamma b alpha d theta r; `None` where the table does not have it.
+    /// The key in this table for one of gamma, b, alpha, d, theta, r; `None` if the table does not have this parameter.
     pub(super) fn key(self, parameter: &str) -> Option<&'static str> {
         match (self.table, parameter) {
             (_, "alpha") => Some("alpha"),
@@ -116,18 +117,18 @@ impl Convention {
         }
     }
 
-    /// The key of a joint variable.
+    /// The key of the joint variable for this type of joint.
     pub(super) fn variable_key(self, kind: JointKind) -> &'static str {
         self.key(if kind == JointKind::Prismatic { "r" } else { "theta" }).unwrap_or("theta")
     }
 
-    /// The value of one of gamma b alpha d theta r converted to rad or m.
+    /// Converts the value of one of gamma, b, alpha, d, theta, r to rad or m.
     pub(super) fn si(self, parameter: &str, value: Value) -> Value {
         let is_angle = matches!(parameter, "gamma" | "alpha" | "theta");
         let number = |x: f64| Box::new(Value::Number(x));
         match value {
             _ if is_angle && !self.degrees || !is_angle && !self.millimetres => value,
-            // A multiple of a right angle stays exact.
+            // The conversion gives a multiple of a right angle exactly.
             Value::Number(x) if is_angle => computed_angle_of_any_turn(x),
             Value::Number(x) => Value::Number(x / MM_PER_M),
             value if is_angle => Value::Div(Box::new(Value::Mul(Box::new(value), Box::new(Value::Pi))), number(180.0)),
@@ -135,7 +136,7 @@ impl Convention {
         }
     }
 
-    /// A number of a revolute or prismatic joint converted to rad or m.
+    /// Converts a number of a revolute or prismatic joint to rad or m.
     pub(super) fn si_of(self, kind: JointKind, x: f64) -> f64 {
         match kind {
             JointKind::Prismatic if self.millimetres => x / MM_PER_M,
@@ -148,15 +149,15 @@ impl Convention {
         if self.millimetres { x / MM_PER_M } else { x }
     }
 
-    /// The message about an angle of more than a full turn; `None` where it is smaller.
+    /// The message if an angle exceeds a full turn; otherwise `None`.
     pub(super) fn refused_angle(self, angle: &Value, symbols: &[Symbol]) -> Option<String> {
         let x = angle.beyond_a_turn(symbols)?;
         let advice = if self.degrees { "write it within one turn" } else { "degrees are read with `angles: deg`" };
         Some(format!("is {x:.4} rad, more than a whole turn: {advice}"))
     }
 
-    /// Moves alpha and a at the far end of each link to the links that it carries. Returns the pose of the far frame in the
-    /// frame of each link.
+    /// For the table `denavit-hartenberg`: moves alpha and a from the far end of each link to the links that it carries.
+    /// Returns the pose of the far frame in the frame of each link.
     pub(super) fn to_near_ends(self, robot: &mut Robot, angles: AngleSnapping) -> Vec<Pose> {
         if self.table != DhTable::DenavitHartenberg {
             return vec![Pose::IDENTITY; robot.links.len()];
@@ -183,7 +184,7 @@ impl Convention {
         places
     }
 
-    /// A note on the longest length of a table if it is too long for a robot.
+    /// A note if the longest length of a table is too long for a robot; otherwise `None`.
     pub(super) fn far_away(self, robot: &Robot) -> Option<Note> {
         let lengths = |link: &Link| {
             [&link.geometry.b, &link.geometry.d, &link.geometry.r].map(|v| v.number(&robot.symbols).abs())
@@ -195,13 +196,13 @@ impl Convention {
         (length > LONGEST_LENGTH_M).then(|| Note { subject: format!("link {}", link.label), text })
     }
 
-    /// Whether the table can have loops, which need frames at the near ends of links.
+    /// Whether the table can describe loops: this needs frames at the near ends of links.
     pub(super) fn has_loops(self) -> bool {
         self.table != DhTable::DenavitHartenberg
     }
 }
 
-/// An angle in degrees converted to rad, an exact multiple of pi where possible.
+/// Converts an angle in degrees to rad. The result is an exact multiple of pi if possible.
 fn computed_angle_of_any_turn(degrees: f64) -> Value {
     let angle = degrees * PI / 180.0;
     if angle.abs() <= PI { computed_angle(angle) } else { Value::Number(angle) }

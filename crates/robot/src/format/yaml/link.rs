@@ -1,4 +1,4 @@
-//! One link of a YAML description: its placement, its joint and the data of its motor.
+//! Reads a link of a YAML description: its placement, its joint and the data of its motor.
 
 use super::convention::Convention;
 use crate::error::Error;
@@ -10,14 +10,14 @@ use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
-/// The keys of a link apart from its placement.
+/// The keys of a link, except the keys of its placement.
 const LINK_KEYS: [&str; 10] = [
     "link",
     "name",
     "antecedent",
     "joint",
     "drive",
-    // The following keys come after the placement in messages.
+    // In messages, the keys of the placement are listed before the following keys.
     "start",
     "rotor_inertia",
     "friction",
@@ -25,7 +25,7 @@ const LINK_KEYS: [&str; 10] = [
     "drive_gain",
 ];
 
-/// A link with checked keys, before its values are read.
+/// A link whose keys were checked, but whose values are not read yet.
 #[derive(Clone, Debug)]
 pub(super) struct Draft<'a> {
     pub label: String,
@@ -37,7 +37,7 @@ pub(super) struct Draft<'a> {
     index: usize,
 }
 
-/// The links of the description, in its order, with unique labels.
+/// The links of the description, in the order of the file. Fails if two links have the same label.
 pub(super) fn drafts<'a>(
     source: DescriptionFile<'a>,
     node: &'a Node,
@@ -66,7 +66,7 @@ pub(super) fn drafts<'a>(
         }
         let kind = joint_kind(source, &fields, JointKind::Revolute)?;
         let drive = match fields.get("drive") {
-            // A fixed joint has no drive.
+            // A fixed joint is not driven, so it counts as locked.
             None if kind == JointKind::Fixed => Drive::Locked,
             None => Drive::Actuated,
             Some(n) => {
@@ -83,15 +83,15 @@ pub(super) fn drafts<'a>(
     Ok(drafts)
 }
 
-/// `joint: revolute | prismatic | fixed`.
+/// Reads `joint: revolute | prismatic | fixed`.
 pub(super) fn joint_kind(source: DescriptionFile, fields: &Fields, default: JointKind) -> Result<JointKind, Error> {
     let Some(node) = fields.get("joint") else { return Ok(default) };
     let which = node.choice(source, "`joint`", &["revolute", "prismatic", "fixed"])?;
     Ok([JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][which])
 }
 
-/// The passive coordinate of a joint whose variable the file does not give; `None` where it gives one. The loops determine
-/// the coordinate, and the search for it starts at `start`.
+/// The passive coordinate of a joint for which the file gives no variable; `None` if it gives one. The loops determine this
+/// coordinate. The search for its value starts at the key `start`.
 pub(super) fn passive_coordinate(
     source: DescriptionFile,
     names: &KnownNames,
@@ -114,8 +114,8 @@ pub(super) fn passive_coordinate(
     Ok(Some(CoordinateId(names.coordinates.len() + passive.len() - 1)))
 }
 
-/// gamma .. r of a link or a loop frame, and its joint variable: an expression, or `unknown` where there
-/// is none; `what` names the link or frame in errors.
+/// Reads the placement (gamma .. r) of a link or a loop frame, and its joint variable. `unknown`: variable if the file gives
+/// none. `what`: name of the link or frame in errors.
 pub(super) fn placement(
     source: DescriptionFile,
     names: &KnownNames,
@@ -130,7 +130,7 @@ pub(super) fn placement(
             return Ok(Value::ZERO);
         };
         let named = format!("{key} of {what}");
-        // Converted from the units of the file; angles of more than a full turn are refused.
+        // Converts a value from the units of the file. Fails if an angle exceeds a full turn.
         let in_si = |value: Value| {
             let value = convention.si(parameter, value);
             let is_angle = ["gamma", "alpha", "theta"].contains(&parameter);
@@ -170,7 +170,7 @@ pub(super) fn placement(
 }
 
 impl<'a> Draft<'a> {
-    /// The key of the joint variable.
+    /// The key of the joint variable in the table of the description.
     pub(super) fn variable_key(&self) -> &'static str {
         self.convention.variable_key(self.kind)
     }
@@ -202,7 +202,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// The geometry, and the joint variable without its constant part.
+    /// The geometry of the link, and the joint variable without its constant part, which is added to the geometry.
     pub(super) fn placement(
         &self,
         source: DescriptionFile,
@@ -272,7 +272,7 @@ impl<'a> Draft<'a> {
             ["position", "position_deg", "velocity", "velocity_deg", "acceleration", "acceleration_deg", "effort"];
         let Some(node) = self.fields.get("limits") else { return Ok(None) };
         let fields = node.fields(source, "the limits of a joint", &KEYS)?;
-        // The value of a key or of its variant in degrees, with the factor to SI units.
+        // The value of a key, or of the same key with the ending `_deg`, and the factor that converts it to SI units.
         let either = |key: &str| -> Result<Option<(&Node, f64)>, Error> {
             let degrees = format!("{key}_deg");
             match (fields.get(key), fields.get(&degrees)) {
@@ -313,7 +313,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Whether the chain of antecedents of a link returns to it.
+/// Whether the chain of antecedents of a link leads back to this link.
 fn ancestors_return(source: DescriptionFile, drafts: &[Draft], start: usize) -> bool {
     let above = |j: usize| -> Option<usize> {
         let word = drafts[j].fields.get("antecedent")?.word(source, "").ok()?;
@@ -330,7 +330,7 @@ fn ancestors_return(source: DescriptionFile, drafts: &[Draft], start: usize) -> 
     false
 }
 
-/// The link with the label `word` among the first `until` links, `None` for the base. Fails with a message.
+/// The link with the label `word`, among the first `until` links. `None` for the base. Fails with a message if there is none.
 pub(super) fn find_link(drafts: &[Draft], word: &str, until: usize) -> Result<Option<LinkId>, String> {
     if word == "base" {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! The loops of a YAML description: pairs of frames that coincide in every configuration.
+//! Reads the loops of a YAML description: pairs of frames that coincide in every configuration.
 
 use super::convention::Convention;
 use super::link::{Draft, find_link, joint_kind, passive_coordinate, placement};
@@ -8,11 +8,11 @@ use crate::format::expression::KnownNames;
 use crate::format::node::{DescriptionFile, Node};
 use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 
-/// The keys of a loop frame apart from its placement.
+/// The keys of a loop frame, except the keys of its placement.
 const FRAME_KEYS: [&str; 3] = ["antecedent", "joint", "start"];
 
-/// Reads `loops: [{cut: {..}, twin: {..}}]`. By default a cut is a revolute joint and a twin is fixed to its link. A cut
-/// without its variable is a passive coordinate.
+/// Reads `loops: [{cut: {..}, twin: {..}}]`. By default, a cut is a revolute joint, and a twin is fixed to its link. A cut
+/// without a variable gets a passive coordinate.
 pub(super) fn loops(
     source: DescriptionFile,
     node: &Node,
@@ -61,14 +61,14 @@ fn loop_frame(
     Ok(LoopFrame { antecedent, geometry, kind, variable })
 }
 
-/// Refuses loops that do not close; the message has the gap.
+/// Fails if a loop does not close. The message states the gap.
 pub(super) fn check_closure(source: DescriptionFile, node: Option<&Node>, robot: &Robot) -> Result<(), Error> {
     let Some(node) = node else { return Ok(()) };
     let items = node.list(source, "`loops`")?;
     closure::check(robot).map_err(|(k, message)| source.at(&items[k], message))
 }
 
-/// Refuses passive joints without an expression outside every loop, since nothing determines their motion.
+/// Fails if a passive joint outside of every loop has no expression, because nothing determines its motion.
 pub(super) fn check_passive(source: DescriptionFile, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
     let mut in_loop = vec![false; robot.links.len()];
     for frame in robot.loops.iter().flat_map(|l| [&l.cut, &l.twin]) {

@@ -1,4 +1,4 @@
-//! The YAML of this program.
+//! Reads and writes the YAML format of rist.
 
 mod convention;
 mod link;

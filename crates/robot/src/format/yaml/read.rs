@@ -1,14 +1,14 @@
-//! A robot described in YAML, in modified Denavit-Hartenberg parameters with named keys.
+//! Reads a robot from YAML: modified Denavit-Hartenberg parameters with named keys.
 //!
 //! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]
 //!
-//! Tables of Craig, and of Denavit and Hartenberg, also in degrees or millimetres, are converted to it (convention.rs).
+//! Tables of Craig, and of Denavit and Hartenberg, are converted to this form (convention.rs). Degrees and
+//! millimetres are possible.
 //!
-//! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
-//! joint, r of a prismatic one) may also contain coordinates and is affine in them: its constant part
-//! is added to the geometry, its linear part is [`crate::Joint::variable`]. The variable of a passive joint or a cut
-//! that the file omits is determined from the loops ([`crate::passive`]). The keys are listed in
-//! the constants below and in link.rs; an unknown key is refused.
+//! Any number may be an expression with symbols. The variable of a joint (theta of a revolute joint, r of a prismatic joint)
+//! may also contain coordinates, and must be affine in them: its constant part is added to the geometry, and its linear part
+//! is [`crate::Joint::variable`]. If the file omits the variable of a passive joint or a cut, it is determined from the loops
+//! ([`crate::passive`]). The keys are listed in the constants below and in link.rs; an unknown key is an error.
 
 use super::convention::Convention;
 use super::link::{Draft, drafts};
@@ -25,7 +25,7 @@ use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoo
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
-/// The keys of the robot.
+/// The keys at the top level of a description.
 const ROOT_KEYS: [&str; 12] = [
     "convention",
     "angles",
@@ -41,18 +41,17 @@ const ROOT_KEYS: [&str; 12] = [
     "standard_parameters",
 ];
 
-/// Largest number of symbols of a robot.
+/// Largest number of symbols in a description.
 const MAX_SYMBOLS_PER_ROBOT: usize = 1000;
 
-/// Reads a robot from YAML; `file` is the name in errors.
+/// Reads a robot from a YAML text. `file`: name of the file in errors.
 ///
-/// Fails, with the line and column, where the description is not complete and consistent, or its
-/// loops do not close.
+/// Fails, with line and column, if the description is incomplete or inconsistent, or if a loop does not close.
 pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
     read_yaml_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from YAML as [`read_yaml`], with options.
+/// Reads a robot from a YAML text, with options. Otherwise it is the same as [`read_yaml`].
 pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     if text.len() > MAX_DESCRIPTION_BYTES {
@@ -70,7 +69,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
 
     let mut names = symbols(source, &fields)?;
     names.set_values(source, options.values)?;
-    // Links are drafts until the coordinates are known, since joint variables contain coordinates.
+    // The links are read completely only when the coordinates are known, because joint variables contain coordinates.
     let gravity = gravity(source, &fields, &names)?;
     let drafts = drafts(source, fields.require("links")?, convention)?;
     names.coordinates = match fields.get("coordinates") {
@@ -161,7 +160,7 @@ fn listed_coordinates(source: DescriptionFile, node: &Node, names: &KnownNames) 
     Ok(listed)
 }
 
-/// The coordinates, one for each actuated joint: the name in its variable that is no symbol.
+/// The names of the coordinates, one for each actuated joint: the name in its variable that is not a symbol.
 fn found_coordinates(source: DescriptionFile, drafts: &[Draft], names: &KnownNames) -> Result<Vec<String>, Error> {
     let mut found: Vec<String> = Vec::new();
     for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {
@@ -233,7 +232,7 @@ fn link(
     Ok(Link { name, ..Link::bare(draft.label.clone(), antecedent, geometry, joint) })
 }
 
-/// Checks that exactly one actuated joint moves each coordinate, and sets the limits of the coordinates from these joints.
+/// Checks that exactly one actuated joint moves each coordinate, and copies the limits of this joint to the coordinate.
 fn assign_coordinates(
     source: DescriptionFile,
     fields: &Fields,

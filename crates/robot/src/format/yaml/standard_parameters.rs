@@ -1,7 +1,7 @@
-//! The inertial parameters in a description.
+//! Reads the inertial parameters in a YAML description.
 //!
-//! For a link either XX .. M about the origin of its frame, or its mass, its centre of mass and the inertia about the centre
-//! of mass. The frame is the link frame of the file's convention.
+//! A link has either XX .. M about the origin of its frame, or its mass, its centre of mass and the inertia about the centre
+//! of mass. The frame is the link frame in the convention of the file.
 
 use super::convention::Convention;
 use crate::error::Error;
@@ -12,12 +12,12 @@ use crate::parameter::Inertial;
 use crate::robot::{Link, RotorInertia};
 use gate::suggestion::did_you_mean;
 
-/// The keys of a body given about its centre of mass.
+/// The keys of a body that is given by its mass, centre of mass and inertia.
 const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
-/// The entries of an inertia.
+/// The keys of the six entries of an inertia matrix.
 const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 
-/// Reads `standard_parameters`; `places`: the pose of the convention's frame in the frame of each link.
+/// Reads `standard_parameters`. `places`: for each link, the pose of the file's frame in the link frame.
 pub(super) fn standard_parameters(
     source: DescriptionFile,
     node: &Node,
@@ -60,7 +60,7 @@ pub(super) fn standard_parameters(
     Ok(())
 }
 
-/// XX .. M of a body given about its centre of mass.
+/// XX .. M of a body that is given by its mass, centre of mass and inertia.
 fn body(
     source: DescriptionFile,
     fields: &Fields,

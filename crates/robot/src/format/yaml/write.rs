@@ -1,7 +1,7 @@
-//! A robot written as the YAML that [`crate::format::read_yaml`] reads.
+//! Writes a robot as YAML that [`crate::format::read_yaml`] can read.
 //!
-//! The text is exact: expressions are unchanged, numbers are the shortest decimals with the same value. Each property that
-//! the format cannot express gets a note.
+//! The text is exact: expressions are unchanged, and each number is the shortest decimal with the same f64 value. Each
+//! property that the format cannot express gets a note.
 
 use std::fmt::Write;
 
@@ -10,10 +10,10 @@ use crate::parameter::Inertial;
 use crate::robot::{Drive, JointKind, Limits, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
 use crate::value::{Affine, Value};
 
-/// The YAML text of a robot, and notes on properties that the format cannot express.
+/// Returns the YAML text of a robot, and notes on properties that the format cannot express.
 pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     let mut text = String::new();
-    // Writing to a String cannot fail.
+    // Writing to a `String` cannot fail, so the result is ignored.
     macro_rules! line {
         ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
     }
@@ -24,7 +24,7 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     }
     let constant = |v: &Value| names.others.value(v);
     let [x, y, z] = robot.gravity.each_ref().map(constant);
-    // A comma within a list ends the entry.
+    // A comma inside a YAML list ends the entry, so an expression with a comma must be quoted.
     line!("gravity: [{}, {}, {}]", quoted(&x), quoted(&y), quoted(&z));
     if !robot.symbols.is_empty() {
         line!("symbols:");
@@ -60,7 +60,7 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     (text, notes_of_symbols(robot, &names))
 }
 
-/// The items of one link in the file, without its inertial parameters.
+/// The entries `key: value` of one link, without its inertial parameters.
 fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     let (link, label) = (robot.link(j), &names.labels[j.0]);
     let joint = &link.joint;
@@ -100,7 +100,7 @@ fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     items
 }
 
-/// The items of a cut or a twin. The default kind is omitted: revolute for a cut, fixed for a twin.
+/// The entries `key: value` of a cut or a twin. The default joint is omitted: revolute for a cut, fixed for a twin.
 fn frame_items(robot: &Robot, names: &SymbolNames, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
     let kind = match (frame.kind, is_cut) {
         (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
@@ -114,7 +114,7 @@ fn frame_items(robot: &Robot, names: &SymbolNames, frame: &LoopFrame, is_cut: bo
     items
 }
 
-/// gamma .. r without zeros. The variable of a moving or locked joint is always written.
+/// The entries gamma .. r of a placement, without zeros. The variable of a moving or locked joint is always written.
 fn placement(
     robot: &Robot,
     names: &SymbolNames,
@@ -138,8 +138,8 @@ fn placement(
             }
             continue;
         }
-        // A variable that the loops determine is omitted, since the reader determines it again. Its constant part is the
-        // start of the search.
+        // A variable that the loops determine is omitted, because the reader determines it again. Its constant part is added
+        // to the start value of the search.
         match &variable.terms[..] {
             [(k, c)] if k.0 >= n && *c == 1.0 => {
                 let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
@@ -154,7 +154,7 @@ fn placement(
     items
 }
 
-/// A number as text, without the sign of a negative zero: YAML reads -0 as the integer 0.
+/// The text of a number. A negative zero becomes 0, because YAML reads -0 as the integer 0.
 fn number(x: f64) -> String {
     (x + 0.0).to_string()
 }
@@ -173,8 +173,8 @@ fn limits(limits: Limits) -> Option<String> {
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
 
-/// Whether some version of YAML reads a plain word as another value. A label of digits alone, as Khalil uses them,
-/// counts as a word here and is read back unchanged.
+/// Whether some version of YAML would read this text as a number or a keyword. A label that consists only of digits, as
+/// Khalil uses, is accepted, because it is read back unchanged.
 fn is_no_word(text: &str) -> bool {
     const RESERVED_WORDS: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
     let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
@@ -184,7 +184,7 @@ fn is_no_word(text: &str) -> bool {
     RESERVED_WORDS.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
 }
 
-/// A text as a plain word, or in the quotes of JSON, which YAML reads too.
+/// The text as a plain word if possible, otherwise in JSON quotes, which YAML can read.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*' | '/' | '(' | ')' | '.');
     let is_word = text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']);
@@ -196,7 +196,7 @@ fn quoted(text: &str) -> String {
         .map(|c| match c {
             '"' => "\\\"".into(),
             '\\' => "\\\\".into(),
-            // Characters that YAML reads as a line break or refuses.
+            // Characters that YAML refuses or reads as a line break are escaped.
             c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}') => {
                 format!("\\u{:04x}", u32::from(c))
             }
@@ -206,7 +206,7 @@ fn quoted(text: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-/// A name, in quotes where it would be read as a number or a boolean.
+/// The text of a name. It is quoted if YAML would read it as a number or a boolean.
 fn named(text: &str) -> String {
     let plain = quoted(text);
     if plain == text && (is_no_word(text) || text.parse::<f64>().is_ok()) { format!("\"{text}\"") } else { plain }
@@ -218,7 +218,7 @@ struct SymbolNames {
 }
 
 impl SymbolNames {
-    /// The label of a link, or `base`.
+    /// The label of a link; `base` for `None`.
     fn link(&self, j: Option<LinkId>) -> String {
         j.map_or("base".into(), |j| self.labels[j.0].clone())
     }
@@ -231,7 +231,7 @@ impl SymbolNames {
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
-            // A number with appended characters may still be a number, so a letter is added in front.
+            // A number with appended characters may still be a number, so a letter is put in front.
             if is_no_word(&label) {
                 label.insert(0, 'l');
             }

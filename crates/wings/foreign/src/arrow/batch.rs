@@ -1,7 +1,8 @@
-//! The numbers of a batch of rows of an Arrow table.
+//! Reads the numbers of a record batch (a group of rows) of an Arrow table.
 //!
-//! A batch has a node for every column and its children, with its length, and buffers: the validity of rows, one bit each, then
-//! numbers, or the offsets of lists. A missing number is NaN. Buffers may be compressed, each after its length.
+//! A batch has one node for every column and for each child of a column; the node contains the length. It also has buffers:
+//! validity of the rows, one bit each; then numbers, or the offsets of lists. A missing number becomes NaN. Buffers may be
+//! compressed; then each starts with its uncompressed length.
 
 use std::borrow::Cow;
 
@@ -13,33 +14,33 @@ use logs::reading::Compression;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS};
 use logs::reading::{NumberType, Numbers};
 
-/// Memory of a list while it is read, bytes: its range, and its range if it is valid.
+/// Memory per list while it is read, bytes: its range, and its range if it is valid.
 const LIST_BYTES: usize = size_of::<[usize; 2]>() + size_of::<Option<[usize; 2]>>();
 
 /// A batch in its encoded form.
 pub(crate) struct Batch {
     pub rows: usize,
-    /// The length of each node.
+    /// Number of elements of each node.
     nodes: Vec<usize>,
-    /// Position and length of each buffer in the body.
+    /// Position and length of each buffer in `body`.
     buffers: Vec<[usize; 2]>,
-    /// For each column of views, the number of its buffers beyond the first two.
+    /// For each column of views, the number of buffers in addition to the first two.
     view_buffers: Vec<usize>,
     compression: Option<Compression>,
     body: Vec<u8>,
 }
 
-/// A column of the log, or the columns of the elements of its lists.
+/// A column of the table. A column of lists gives one column of the log for each element of its lists.
 pub(crate) struct BatchColumn {
     pub name: String,
     numbers: Numbers,
     is_list: bool,
-    /// Number of elements of its lists, once it is known; 1 for a plain column.
+    /// Number of elements of each list, once it is known; 1 for a plain column.
     width: Option<usize>,
-    /// The reason why it has no numbers.
+    /// The reason why the column has no numbers; `None` if it has numbers.
     pub text: Option<String>,
     pub wanted: bool,
-    /// The rows that were read and not yet returned, one series for each element.
+    /// The values that were read and not yet returned, one series per list element.
     pub series: Vec<Vec<f64>>,
 }
 
@@ -58,7 +59,7 @@ impl BatchColumn {
         }
     }
 
-    /// Whether its numbers are times.
+    /// Whether the numbers of the column are times.
     pub(crate) fn is_timed(&self) -> bool {
         matches!(self.numbers.kind, NumberType::Time { .. }) && self.text.is_none()
     }
@@ -71,17 +72,17 @@ impl BatchColumn {
         self.wanted && self.text.is_none()
     }
 
-    /// Number of columns in the log.
+    /// Number of columns of the log that this column gives.
     pub(crate) fn width(&self) -> usize {
         self.width.unwrap_or(1)
     }
 
-    /// Marks it as a column without numbers, because of `why`.
+    /// Marks the column as a column without numbers, with the reason `why`.
     fn refuse(&mut self, why: String) {
         (self.text, self.series) = (Some(why), Vec::new());
     }
 
-    /// Adds lists of the rows, each with its range in `values`.
+    /// Adds the lists of some rows. Each list is given by its range in `values`; `None`: it is missing.
     fn push_lists(&mut self, lists: &[Option<[usize; 2]>], values: &[f64], budget: &mut Budget) -> Result<(), String> {
         let lengths = || lists.iter().flatten().map(|[from, to]| to - from).filter(|length| *length > 0);
         let Some(width) = self.width.or_else(|| lengths().next()) else {
@@ -108,7 +109,7 @@ impl BatchColumn {
 }
 
 impl Batch {
-    /// From its message (`RecordBatch` of Message.fbs) and its body.
+    /// Decodes a batch from its message (`RecordBatch` of Message.fbs) and its body.
     pub(crate) fn new(message: &FlatTable, body: Vec<u8>) -> Result<Batch, String> {
         let compression = match message.table(3)? {
             None => None,
@@ -131,7 +132,7 @@ impl Batch {
         Ok(Batch { rows, nodes, buffers, view_buffers: words(message.elements(4, 8)?)?, compression, body })
     }
 
-    /// Adds its rows to the columns that are read; `columns` are the columns of `fields`, depth first.
+    /// Adds the rows of the batch to the columns that are read. `columns` are the columns of `fields`, depth first.
     pub(crate) fn read(
         &self,
         fields: &[ArrowField],
@@ -153,7 +154,7 @@ struct BatchCursor<'a> {
     budget: &'a mut Budget,
 }
 
-/// Validity of the rows; `None`: all valid.
+/// Validity of each row. `None`: all rows are valid.
 type Present = Option<Vec<bool>>;
 
 impl<'a> BatchCursor<'a> {
@@ -194,7 +195,7 @@ impl<'a> BatchCursor<'a> {
                 Ok(())
             }
             (Layout::Lists { length, offset_bytes }, [ArrowField { layout: Layout::Numbers { bytes, .. }, .. }]) => {
-                // The ranges of the lists are checked before their elements are read.
+                // The ranges of the lists are checked before the elements are read.
                 self.budget.draw(rows.saturating_mul(LIST_BYTES))?;
                 let places = match length {
                     Some(length) => (0..rows).map(|r| [r * length, (r + 1) * length]).collect(),
@@ -211,12 +212,12 @@ impl<'a> BatchCursor<'a> {
                     places.into_iter().enumerate().map(|(r, list)| is_there(r).then_some(list)).collect();
                 column.push_lists(&lists, &values, self.budget)
             }
-            // The layout was checked when the schema was read.
+            // Other layouts were refused when the schema was read.
             _ => Err("it holds no numbers".into()),
         }
     }
 
-    /// Skips a field and its children.
+    /// Skips the nodes and buffers of a field and of its children.
     fn skip(&mut self, field: &ArrowField) -> Result<(), String> {
         self.any_node()?;
         self.buffer += match &field.layout {
@@ -265,7 +266,7 @@ impl<'a> BatchCursor<'a> {
         }
     }
 
-    /// Validity of the rows, considering the validity of the structure that they belong to.
+    /// Validity of the rows; a row is also invalid if the structure that contains it is invalid.
     fn present(&mut self, rows: usize, within: Option<&[bool]>) -> Result<Present, String> {
         let bits = self.bytes()?;
         if bits.is_empty() {
@@ -278,7 +279,7 @@ impl<'a> BatchCursor<'a> {
         Ok(Some((0..rows).map(is_there).collect()))
     }
 
-    /// The range of each list.
+    /// The range of each list in its elements.
     fn offsets(&mut self, rows: usize, bytes: usize) -> Result<Vec<[usize; 2]>, String> {
         let offsets = self.bytes()?;
         if offsets.len() / bytes < rows + usize::from(rows > 0) {
@@ -314,7 +315,7 @@ fn short(rows: usize) -> String {
     format!("it does not hold the {rows} values that it claims: the file is damaged")
 }
 
-/// The number of these bytes, the lowest first.
+/// The number in these bytes, which are little-endian.
 fn number(word: &[u8], numbers: &mut Numbers) -> f64 {
     let signed = matches!(numbers.kind, NumberType::Integer { signed: true } | NumberType::Time { .. });
     match (&numbers.kind, word) {

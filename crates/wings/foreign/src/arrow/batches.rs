@@ -1,8 +1,8 @@
-//! An Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
+//! Reads an Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
 //!
-//! Only one batch and its rows that were not yet returned are in memory. Null is NaN.
+//! Memory holds only one batch and the rows that were not yet returned. A null value becomes NaN.
 //!
-//! Not here: words of a dictionary, tensors, the byte order of other machines.
+//! Not here: dictionary-encoded values, tensors, big-endian files.
 
 use std::io::Read;
 
@@ -17,36 +17,36 @@ use logs::Table;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS, RowReader, check_header};
 use logs::reading::{time_note, without_unit};
 
-/// A reader of the rows of a file.
+/// A reader of the rows of an Arrow file or stream.
 pub(crate) struct ArrowReader<'a> {
     file: String,
     messages: Messages<'a>,
-    /// The budget grows with the bytes that were read.
+    /// Memory budget; it grows with the number of bytes that were read.
     budget: Budget,
     fields: Vec<ArrowField>,
     columns: Vec<BatchColumn>,
     header: Vec<String>,
     notes: Vec<String>,
-    /// Number of rows in the series of the columns, and how many of them were returned.
+    /// Number of rows in the series of the columns; `taken`: how many of them were returned.
     rows: usize,
     taken: usize,
-    /// Rows returned so far.
+    /// Number of all rows that were returned so far.
     handed: usize,
     ended: bool,
 }
 
 impl<'a> ArrowReader<'a> {
-    /// Reads the index of a file of `length` bytes, and its first rows.
+    /// Opens a file of `length` bytes: reads its index, and its first rows.
     pub(crate) fn of_file(file: &str, pieces: ReadRange<'a>, length: u64) -> Result<ArrowReader<'a>, Error> {
         ArrowReader::new(file, Messages::of_file(pieces, length))
     }
 
-    /// Reads the schema of a stream, and its first rows.
+    /// Opens a stream: reads its schema, and its first rows.
     pub(crate) fn of_stream(file: &str, source: impl Read + Send + 'a) -> Result<ArrowReader<'a>, Error> {
         ArrowReader::new(file, Messages::of_stream(Box::new(source)))
     }
 
-    /// Reads the content of a file or a stream.
+    /// Opens a file or a stream whose whole content is in memory.
     pub(crate) fn of_bytes(file: &str, bytes: &'a [u8]) -> Result<ArrowReader<'a>, Error> {
         if !bytes.starts_with(FILE_MAGIC) {
             return ArrowReader::of_stream(file, bytes);
@@ -59,7 +59,7 @@ impl<'a> ArrowReader<'a> {
         ArrowReader::of_file(file, Box::new(piece), bytes.len() as u64)
     }
 
-    /// Reads the first rows: they determine the lengths of lists.
+    /// Reads the first rows, because they determine the lengths of lists.
     fn new(file: &str, begun: Result<(Messages<'a>, Vec<ArrowField>), String>) -> Result<ArrowReader<'a>, Error> {
         let at = |e: String| Error::at(file, 0, e);
         let (messages, fields) = begun.map_err(at)?;
@@ -81,7 +81,7 @@ impl<'a> ArrowReader<'a> {
             handed: 0,
             ended: false,
         };
-        // A file may begin with empty batches.
+        // Empty batches at the start are skipped.
         while reader.rows == 0 && !reader.ended {
             reader.next_batch().map_err(at)?;
         }
@@ -92,7 +92,7 @@ impl<'a> ArrowReader<'a> {
         Ok(reader)
     }
 
-    /// Adds the rows of the next batch, if the next message is a batch.
+    /// Reads the next message and, if it is a batch, adds its rows.
     fn next_batch(&mut self) -> Result<(), String> {
         let Some(message) = self.messages.next()? else {
             self.ended = true;
@@ -105,7 +105,7 @@ impl<'a> ArrowReader<'a> {
         let added = (|| {
             let description = Description::root(&message.description)?.table(2)?.ok_or("it has no description")?;
             let batch = Batch::new(&description, message.body)?;
-            // Rows that were returned are released before the new ones are added.
+            // Rows that were returned are dropped before the new rows are added.
             for series in self.columns.iter_mut().flat_map(|column| &mut column.series) {
                 series.drain(..self.taken.min(series.len()));
             }
@@ -125,7 +125,7 @@ impl<'a> ArrowReader<'a> {
         added.map_err(|e: String| format!("{}: {e}", self.messages.place()))
     }
 
-    /// The next `count` rows of the series.
+    /// The next `count` rows as a table.
     fn table(&mut self, count: usize) -> Result<Table, String> {
         let rows = self.taken..self.taken + count;
         let mut table = Table {
@@ -140,7 +140,7 @@ impl<'a> ArrowReader<'a> {
             for k in 0..column.width() {
                 let numbers = match column.series.get(k) {
                     Some(series) if column.is_read() => series[rows.clone()].to_vec(),
-                    // No number in any row.
+                    // The column has no number in any row.
                     _ if column.wanted => {
                         self.budget.draw(count.saturating_mul(size_of::<f64>()))?;
                         vec![f64::NAN; count]
@@ -155,7 +155,7 @@ impl<'a> ArrowReader<'a> {
     }
 }
 
-/// The columns of fields, depth first.
+/// Collects the columns of these fields, depth first.
 fn leaves(fields: &[ArrowField], columns: &mut Vec<BatchColumn>) {
     for field in fields {
         match field.layout {
@@ -165,7 +165,7 @@ fn leaves(fields: &[ArrowField], columns: &mut Vec<BatchColumn>) {
     }
 }
 
-/// Names of the columns in the log that a column gives.
+/// The names of the log's columns that this column gives.
 fn headers(column: &BatchColumn) -> Vec<String> {
     let name = if column.is_timed() { without_unit(&column.name) } else { &column.name };
     match column.is_list() {

@@ -1,8 +1,8 @@
-//! The messages of an Arrow stream, or the messages listed in the index of an Arrow file.
+//! Reads the messages of an Arrow stream, or the messages that the index of an Arrow file lists.
 //!
-//! A message is four bytes of ones, the length of its description in four bytes, the description (`flatbuffer`), and its body.
-//! Before Arrow 0.15 the ones were missing. A stream begins with the schema. A file has the schema and the positions of the
-//! batches in its index at the end, like Parquet: some writers omit the schema message.
+//! A message consists of four bytes 0xff, the length of its description in four bytes, the description (`flatbuffer`), and its
+//! body. Before Arrow 0.15 the first four bytes were missing. A stream begins with the schema. A file has the schema and the
+//! positions of the batches in the index at its end; this is used because some writers omit the schema message.
 
 use std::io::{self, Read};
 
@@ -10,36 +10,36 @@ use crate::arrow::flatbuffer::FlatTable;
 use crate::arrow::schema::ArrowField;
 use logs::reading::MAX_FILE_BYTES;
 
-/// The first bytes of a file; without the zeros also the last ones.
+/// The first bytes of a file. Without the two zeros they are also its last bytes.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
-/// Bytes after the index: its length, and the magic bytes.
+/// Number of bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 10;
 /// The first bytes of every message since Arrow 0.15.
 const CONTINUED: [u8; 4] = [0xff; 4];
 /// Greatest length of the description of a message, bytes.
 const MAX_DESCRIPTION_BYTES: usize = 1 << 26;
 
-/// Kinds of messages.
+/// Kinds of messages: the schema of a table.
 const SCHEMA: u8 = 1;
 pub(crate) const RECORD_BATCH: u8 = 3;
 
-/// Kind, description and body of a message.
+/// A message: its kind, description and body.
 pub(crate) struct Message {
     pub kind: u8,
     pub description: Vec<u8>,
     pub body: Vec<u8>,
 }
 
-/// Reads bytes of a file: position and count.
+/// Reads bytes of a file. Arguments: position, and number of bytes.
 pub(crate) type ReadRange<'a> = Box<dyn Fn(u64, usize) -> io::Result<Vec<u8>> + Send + 'a>;
 
-/// The source of messages.
+/// The source of the messages: a stream or a file.
 pub(crate) enum Messages<'a> {
     Stream {
         source: Box<dyn Read + Send + 'a>,
         at: u64,
     },
-    /// Positions and lengths of the batches, the next one first.
+    /// A file, with positions and lengths of the batches that are not yet read.
     File {
         pieces: ReadRange<'a>,
         batches: std::vec::IntoIter<MessageRange>,
@@ -47,16 +47,16 @@ pub(crate) enum Messages<'a> {
     },
 }
 
-/// The position of a message in a file.
+/// Position and lengths of a message in a file.
 pub(crate) struct MessageRange {
     at: u64,
-    /// Bytes of its description with its prefix, and of its body.
+    /// Number of bytes of the description with its prefix; `body`: number of bytes of the body.
     description: usize,
     body: usize,
 }
 
 impl<'a> Messages<'a> {
-    /// A stream, and its schema.
+    /// Opens a stream, and reads its schema.
     pub(crate) fn of_stream(source: Box<dyn Read + Send + 'a>) -> Result<(Messages<'a>, Vec<ArrowField>), String> {
         let mut messages = Messages::Stream { source, at: 0 };
         let message = messages.next()?.filter(|message| message.kind == SCHEMA);
@@ -66,7 +66,7 @@ impl<'a> Messages<'a> {
         Ok((messages, fields))
     }
 
-    /// A file of `length` bytes, and its schema.
+    /// Opens a file of `length` bytes, and reads its schema.
     pub(crate) fn of_file(pieces: ReadRange<'a>, length: u64) -> Result<(Messages<'a>, Vec<ArrowField>), String> {
         let failed = |e: io::Error| format!("cannot be read: {e}");
         let tail = pieces(length.saturating_sub(TAIL_BYTES as u64), TAIL_BYTES.min(length as usize)).map_err(failed)?;
@@ -79,7 +79,7 @@ impl<'a> Messages<'a> {
         let index = pieces(start, size).map_err(failed)?;
         let index = FlatTable::root(&index)?;
         let fields = ArrowField::all(&index.table(1)?.ok_or("its schema is empty")?)?;
-        // Position, 8 bytes; length of the description, 4 of 8; length of the body, 8.
+        // Entry of the index: position, 8 bytes; length of the description, 4 of 8 bytes; length of the body, 8 bytes.
         let place = |block: &[u8]| {
             let word = |at: usize| block[at..].first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
             let [description, body] = [word(8) & 0xffff_ffff, word(16)];
@@ -95,7 +95,7 @@ impl<'a> Messages<'a> {
         Ok((Messages::File { pieces, batches: batches.into_iter(), all }, fields))
     }
 
-    /// The next message; `None` at the end.
+    /// Reads the next message. `None` at the end.
     pub(crate) fn next(&mut self) -> Result<Option<Message>, String> {
         match self {
             Messages::Stream { source, at } => streamed(source, at),
@@ -103,7 +103,7 @@ impl<'a> Messages<'a> {
         }
     }
 
-    /// The last message, for error messages.
+    /// Describes the position of the last message, for error messages.
     pub(crate) fn place(&self) -> String {
         match self {
             Messages::Stream { at, .. } => format!("batch before byte {at}"),
@@ -123,7 +123,7 @@ fn placed(pieces: &ReadRange, place: &MessageRange) -> Result<Message, String> {
 }
 
 fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, String> {
-    // Nothing is allocated before the bytes are available.
+    // Memory is allocated only for bytes that are available.
     let mut piece = |count: u64, may_end: bool| {
         let mut piece = Vec::new();
         (&mut *source).take(count).read_to_end(&mut piece).map_err(|e| format!("cannot be read: {e}"))?;

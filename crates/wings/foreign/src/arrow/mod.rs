@@ -12,7 +12,7 @@ use logs::{Error, Table};
 
 use crate::arrow::batches::ArrowReader;
 
-/// The reader of files.
+/// The reader of Arrow files.
 pub(crate) const FILE: LogReader = LogReader::Indexed {
     of_file: |file, pieces| {
         let length = pieces.length();
@@ -21,11 +21,11 @@ pub(crate) const FILE: LogReader = LogReader::Indexed {
     of_bytes,
 };
 
-/// The reader of streams.
+/// The reader of Arrow streams.
 pub(crate) const STREAM: LogReader =
     LogReader::Stream { of_source: |file, source| Ok(Box::new(ArrowReader::of_stream(file, source)?)), of_bytes };
 
-/// All rows of a file or a stream.
+/// Reads all rows of a file or a stream whose content is in memory.
 fn of_bytes(file: &str, bytes: &[u8], _: &mut Budget) -> Result<Table, Error> {
     ArrowReader::of_bytes(file, bytes)?.rows(usize::MAX)
 }

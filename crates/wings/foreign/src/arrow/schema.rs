@@ -1,7 +1,7 @@
 //! The columns of an Arrow table from its schema, and their layouts in a batch.
 //!
 //! Columns are in depth-first order: a structure is followed by its fields, a list by its elements. A list column `q` becomes q_1
-//! .. q_k; a field of a structure is `struct.field`. A column without numbers is a text column: its use is refused.
+//! .. q_k. A field of a structure becomes `struct.field`. A column without numbers is a text column; using it is an error.
 
 use crate::arrow::flatbuffer::FlatTable;
 use logs::reading::NumberType;
@@ -9,22 +9,22 @@ use logs::reading::NumberType;
 /// Greatest depth of nested structures.
 const MAX_DEPTH: usize = 8;
 
-/// The layout of a column in a batch.
+/// The layout of a column in a batch: its buffers, in their order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Layout {
-    /// Validity, and numbers of `bytes` bytes.
+    /// Validity, then numbers of `bytes` bytes each.
     Numbers { kind: NumberType, bytes: usize },
-    /// Validity; the fields follow.
+    /// Validity; the buffers of the structure's fields follow.
     Structure,
-    /// Validity; for lists of variable length also their offsets of `offset_bytes` each; the elements follow.
+    /// Validity; for lists of variable length also offsets of `offset_bytes` bytes each. The buffers of the elements follow.
     Lists { length: Option<usize>, offset_bytes: usize },
-    /// A number of buffers without numbers, with more stated in the batch if `views`; the children follow.
+    /// Buffers without numbers; if `views` is set, the batch states how many more there are. The buffers of the children follow.
     Other { buffers: usize, views: bool, what: String },
 }
 
-/// A column, or a child of one.
+/// A column, or a child of a column.
 pub(crate) struct ArrowField {
-    /// Name, with the structures that contain it.
+    /// Name of the field, preceded by the names of the structures that contain it.
     pub name: String,
     pub layout: Layout,
     pub below: Vec<ArrowField>,
@@ -46,14 +46,14 @@ impl ArrowField {
         let own = field.text(0)?;
         let name = if path.is_empty() { own.to_string() } else { format!("{path}.{own}") };
         let layout = layout(field)?;
-        // The name of a list's element has no meaning.
+        // The element of a list has a name without meaning, so it is not used.
         let path = if layout == Layout::Structure { &name } else { path };
         let below =
             field.tables(5)?.iter().map(|below| ArrowField::of(below, path, depth + 1)).collect::<Result<_, _>>()?;
         Ok(ArrowField { name, layout, below })
     }
 
-    /// The reason why it has no numbers of its own; `None` where it has.
+    /// The reason why the field has no numbers of its own. `None` if it has numbers.
     pub(crate) fn text(&self) -> Option<String> {
         match (&self.layout, &self.below[..]) {
             (Layout::Other { what, .. }, _) => Some(what.clone()),
@@ -63,7 +63,7 @@ impl ArrowField {
         }
     }
 
-    /// The kind of its numbers, or of the numbers of its lists.
+    /// The kind of the field's numbers, or of the numbers in its lists. `None` if it has none.
     pub(crate) fn kind(&self) -> Option<&NumberType> {
         match (&self.layout, &self.below[..]) {
             (Layout::Numbers { kind, .. }, _) => Some(kind),
@@ -84,7 +84,7 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
     let kind = field.number(2)?.map_or(0, u8::from_le_bytes);
     let Some(of) = field.table(3)? else { return Ok(other(0, "nothing")) };
     Ok(match kind {
-        // Types with numbers; a decimal and a time have a width in bits.
+        // Types with numbers; decimals and times state their width in bits.
         2 => numbers(NumberType::Integer { signed: of.number(1)? == Some([1]) }, of.int(0, 0)?),
         3 => match of.short(0, 0)? {
             0 => numbers(NumberType::Half, 16),
@@ -100,12 +100,12 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
         9 => numbers(time(of.short(0, 1)?), of.int(1, 32)?),
         10 => numbers(time(of.short(0, 0)?), 64),
         18 => numbers(time(of.short(0, 1)?), 64),
-        // Lists with offsets of 4 and 8 bytes, and of a fixed length.
+        // Lists with offsets of 4 bytes, with offsets of 8 bytes, and of fixed length.
         12 => Layout::Lists { length: None, offset_bytes: 4 },
         21 => Layout::Lists { length: None, offset_bytes: 8 },
         16 => Layout::Lists { length: Some(usize::try_from(of.int(0, 0)?).unwrap_or(0)), offset_bytes: 0 },
         13 => Layout::Structure,
-        // Other types are skipped: only the number of their buffers matters.
+        // Other types are skipped, so only the number of their buffers matters.
         11 => other(2, "intervals of the calendar"),
         14 if of.short(0, 0)? == 0 => other(1, "a union"),
         14 => other(2, "a union"),
@@ -124,7 +124,7 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
     })
 }
 
-/// The kind of a time with unit 0 for seconds, then milli-, micro- and nanoseconds.
+/// The kind of a time. `unit`: 0 for seconds, then milliseconds, microseconds, nanoseconds.
 fn time(unit: i16) -> NumberType {
     NumberType::Time { per_second: 1e3f64.powi(i32::from(unit)) }
 }

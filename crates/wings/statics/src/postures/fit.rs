@@ -1,4 +1,4 @@
-//! Least squares with each joint weighted by the residual of its torques.
+//! Least squares in which each joint is weighted by the residual of its torques.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::solve_within;
@@ -6,24 +6,25 @@ use numerics::triangle::TriangleBuilder;
 
 use rist::Error;
 
-/// A value with its standard deviation; `None` where the postures do not determine it.
+/// A value with its standard deviation. `None` if the postures do not determine it.
 pub type ValueWithSigma = Option<(f64, f64)>;
-/// Number of fits with new weights.
+/// Number of fits with updated weights.
 const REWEIGHTING_ROUNDS: usize = 5;
-/// Least standard deviation of a joint's torque, over the rms of the torque.
+/// Least standard deviation of a joint's torque, as a share of the rms of this torque.
 const LEAST_DEVIATION_SHARE: f64 = 1e-9;
 
-/// Least squares over joints, each weighted by its residual.
+/// Result of the fit over all joints.
 pub(super) struct PostureFit {
     pub identified: Vec<ValueWithSigma>,
     pub solution: DVector<f64>,
     pub residuals: Vec<DVector<f64>>,
-    /// Standard deviation of each joint's torque, N m (N).
+    /// Standard deviation of each joint's torque residual, N m (N).
     pub deviations: Vec<f64>,
 }
 
 impl PostureFit {
-    /// `not_identifiable`: the ratio of singular values below which a direction is not identifiable.
+    /// Fits `torques` to the columns `joints`. A direction is not identifiable if its relative singular value is below
+    /// `not_identifiable`.
     pub(super) fn of(
         joints: &[DMatrix<f64>],
         torques: &[DVector<f64>],
@@ -34,7 +35,7 @@ impl PostureFit {
         let free = (count - unknowns as f64 / n.max(1) as f64).max(1.0);
         let mut deviations = vec![1.0; n];
         let mut fit = PostureFit::weighted(joints, torques, &deviations, not_identifiable)?;
-        // The weights converge in a few rounds.
+        // The weights converge within a few rounds.
         for _ in 0..REWEIGHTING_ROUNDS {
             for ((deviation, residual), torque) in deviations.iter_mut().zip(&fit.residuals).zip(torques) {
                 let least = LEAST_DEVIATION_SHARE * (torque.norm() / count.sqrt()).max(f64::MIN_POSITIVE);

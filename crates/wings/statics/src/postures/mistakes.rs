@@ -1,13 +1,13 @@
-//! Mistakes of columns that explain postures: signs, exchanged torques and units; also a zero or a mount that is far off. Where
-//! several explain them, all are named.
+//! Mistakes in the columns that explain postures: wrong signs, exchanged torques, wrong units; also a zero or a mount that is far
+//! off. If several mistakes explain the postures, all are named.
 //!
-//! With T the torque of the nominal bodies at the changed positions and tau the changed torque, both without their means,
+//! T: torque of the nominal bodies at the changed positions; tau: changed torque; both without their means:
 //! ```text
 //! residual^2 = mean over joints of min_s |tau_j - s T_j|^2 / |tau_j|^2     s from one half to two
 //! ```
-//! over the joints where some candidate explains most of the torque. A mistake is named if its residual is much smaller than the
-//! residual of the unchanged postures, and nearly as small as the best one. Where the nominal bodies explain nothing in this
-//! form, free bodies are fitted: with a mistake undone their residual is much smaller than without.
+//! over the joints for which some candidate explains most of the torque. A mistake is named if its residual is much smaller than
+//! the residual of the unchanged postures, and nearly as small as the best one. If the nominal bodies do not explain the torques,
+//! free bodies are fitted: after a mistake is undone, their residual must be much smaller than before.
 
 use claims::significant;
 use identification::estimate::hypothesis::Hypothesis::{
@@ -20,80 +20,80 @@ use nalgebra::{DVector, Vector3};
 
 use crate::postures::turned_joint::turned_joint;
 
-/// Ratio of the residual with a mistake undone to the residual without, in squares, below which the mistake explains the
-/// postures.
+/// A mistake explains the postures if undoing it reduces the squared residual below this ratio.
 const EXPLAINED_RATIO: f64 = 0.16;
-/// A mistake with a larger residual than this share of the torque does not explain the postures.
+/// A mistake does not explain the postures if the residual after undoing it exceeds this share of the torque.
 pub(super) const EXPLAINED: f64 = 0.25;
-/// A mistake with a residual within this of the best one explains the postures equally well, in squares: errors of the bodies are
-/// as large.
+/// A mistake explains the postures as well as the best one if its squared relative residual is larger by less than this: errors
+/// of the bodies are as large.
 const EQUAL_RESIDUAL: f64 = 0.002;
-/// Ratio of the residuals of one joint with free bodies, with a mistake undone and without, in squares, below which the mistake
-/// is needed.
+/// With free bodies, a mistake is needed if undoing it reduces the squared residual of a joint below this ratio.
 const NEEDED_RATIO: f64 = 0.64;
-/// This ratio for a wrong scale, since some scale absorbs part of any other fault; and for the nominal bodies with a zero far
-/// off.
+/// The same ratio for a wrong scale, because a scale absorbs a part of any other fault; and for the nominal bodies with a zero
+/// that is far off.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
-/// A joint counts where some candidate has at most this residual of its torque, in squares: other joints are mostly noise.
+/// A joint counts if some candidate reduces the squared relative residual of its torque to at most this; other joints are mostly
+/// noise.
 const COUNTED_RESIDUAL: f64 = 0.2;
-/// Ratio of the residuals with free bodies, with a mistake undone to without or with another one undone, in squares and
-/// multiplied over the joints, below which the two are distinguishable.
+/// With free bodies, two possibilities are distinguishable if the ratio of their squared residuals, multiplied over the joints,
+/// is below this.
 const DISTINGUISHED_BY_FREE: f64 = 0.01;
-/// A larger zero cannot be an error of the centres of mass, rad.
+/// A zero larger than this cannot be an error of the centres of mass, rad.
 const FAR_ZERO_RAD: f64 = 0.7;
-/// Common scales within this range are errors of the nominal bodies.
+/// A common scale within this range may be an error of the nominal bodies.
 const NOMINAL_SCALES: std::ops::Range<f64> = 0.25..4.0;
-/// Scales of one joint, relative to the other joints, within this range are errors of the nominal bodies; and a common scale
-/// within this range of a power of ten is this power of ten.
+/// The scale of one joint relative to the other joints may be an error of the nominal bodies if it is within this range. A common
+/// scale within this range of a power of ten counts as this power of ten.
 const NOMINAL_JOINT_SCALES: std::ops::Range<f64> = 0.6..1.67;
 
 /// A mistake that explains the postures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
-    /// What is wrong.
+    /// Description of what is wrong.
     pub fault: String,
-    /// The change that corrects it.
+    /// The option that corrects it.
     pub remedy: String,
-    /// Residuals as shares of the torques, without a change and with the mistake undone.
+    /// Residuals as shares of the torques: [without a change, with the mistake undone].
     pub left: [f64; 2],
-    /// Whether the bodies are free, not the nominal ones.
+    /// Whether the residuals are with free bodies instead of the nominal bodies.
     pub by_free_bodies: bool,
 }
 
-/// The torque of the nominal bodies at a position under gravity in the frame of the base, N m (N) of each joint.
+/// Torques of the nominal bodies, N m (N) for each joint, from the position and from gravity in the frame of the base.
 pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
-/// The residual share of each joint's torque with free bodies at positions, in squares.
+/// Fits free bodies to torques at positions; gives for each joint the squared residual over the squared torque.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
-/// The postures and the models that they are compared with.
+/// The postures, and the models with which they are compared.
 pub(super) struct MistakeSearch<'a> {
     pub postures: &'a Postures,
-    /// N m (N) of each joint, one per posture.
+    /// Torques of each joint, one per posture, N m (N).
     pub torques: &'a [DVector<f64>],
     pub described: Described<'a>,
     pub free: Free<'a>,
-    /// The options by which the postures were read.
+    /// The options with which the postures were read.
     pub options: &'a Options,
-    /// Whether each joint turns.
+    /// Whether each joint is revolute.
     pub turns: &'a [bool],
     /// Nominal gravity, m/s^2.
     pub gravity: Vector3<f64>,
-    /// The other mount that explains the torques best, and its line of options; `None`: zeros and mount are examined elsewhere.
+    /// The other mount that explains the torques best, and the option that sets it. `None`: zeros and mount are examined
+    /// elsewhere.
     pub mount: Option<(Vector3<f64>, String)>,
 }
 
 /// A possible mistake.
 struct MistakeCandidate {
-    /// The changes that undo it; a mount has none.
+    /// The changes that undo it; empty for a wrong mount.
     changes: Vec<Change>,
     fault: String,
-    /// The residual share of each joint's torque, in squares.
+    /// Squared residual over squared torque, by joint, with the mistake undone.
     shares: Vec<f64>,
 }
 
 impl MistakeSearch<'_> {
-    /// All mistakes that explain the postures.
+    /// Finds all mistakes that explain the postures.
     pub(super) fn mistakes(&self) -> Vec<Mistake> {
         let as_it_is = self.candidate(Vec::new(), String::new(), &self.gravity);
         let unit = self.unit();
@@ -106,7 +106,7 @@ impl MistakeSearch<'_> {
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = residual(&as_it_is);
-        // A fault together with a unit is needed only if it explains more than the unit alone.
+        // A fault in addition to a wrong unit is needed only if it explains more than the unit alone.
         let with_unit = |one: &MistakeCandidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&MistakeCandidate| {
             let of =
@@ -138,7 +138,7 @@ impl MistakeSearch<'_> {
         tried.into_iter().map(|one| mistake(one, [before, residual(one)])).collect()
     }
 
-    /// The options that correct it. Gravity upside down is no change of columns.
+    /// The options that correct a mistake. Gravity upside down is not a change of columns, so it is corrected by the mount.
     fn remedy(&self, one: &MistakeCandidate) -> String {
         let of_mount = self.mount.as_ref().filter(|_| one.changes.is_empty()).map(|(_, line)| line.clone());
         let said =
@@ -146,10 +146,10 @@ impl MistakeSearch<'_> {
         of_mount.or_else(said).unwrap_or_else(|| "[base=3.14159,0,0]".into())
     }
 
-    /// Whether free bodies do not explain the unchanged postures equally well. If all torques change alike, free bodies explain
-    /// any sign and unit, with negative masses or masses of tons; they also explain a far turned joint or base, with centres of
-    /// mass that nobody would describe so. A centimetre of its centre of mass turns a wrist alone: a zero far off shows in other
-    /// joints too.
+    /// Whether free bodies fail to explain the unchanged postures equally well. If all torques change in the same way, free
+    /// bodies explain any sign and unit, by negative masses or masses of tons. They also explain a joint or base that is rotated
+    /// far, by unrealistic centres of mass. For a wrist alone, a centimetre of its centre of mass is equivalent to a rotation, so
+    /// a zero that is far off must show in other joints too.
     fn is_needed(&self, one: &MistakeCandidate, as_it_is: &MistakeCandidate, counted: &[usize]) -> bool {
         let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {
@@ -166,9 +166,9 @@ impl MistakeSearch<'_> {
         ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().product::<f64>() < 1.0
     }
 
-    /// The residuals with free bodies of the unchanged postures; and the candidates that explain the postures about as well as
-    /// the best one, best first, with their residuals. `most`: largest ratio to the unchanged residuals, multiplied over the
-    /// joints.
+    /// The squared residuals of the unchanged postures with free bodies; and the candidates that explain the postures about as
+    /// well as the best one, the best first, with their residuals. `most`: greatest accepted ratio to the unchanged residuals,
+    /// multiplied over the joints.
     fn identifiable_by_free<'b>(
         &self,
         all: Vec<&'b MistakeCandidate>,
@@ -188,7 +188,7 @@ impl MistakeSearch<'_> {
         (as_it_is, tried.into_iter().map(|(_, one, shares)| (one, shares)).collect())
     }
 
-    /// The changes of a common unit other than the nominal unit, and its scale.
+    /// If all torques have another unit than the nominal one: the changes that undo this, and the scale.
     fn unit(&self) -> Option<(Vec<Change>, f64)> {
         let scale = self.common_scale();
         let power = 10f64.powf(scale.log10().round());
@@ -197,7 +197,7 @@ impl MistakeSearch<'_> {
         (!NOMINAL_SCALES.contains(&scale)).then_some((changes, scale))
     }
 
-    /// All possible mistakes, each with the changes that undo it.
+    /// All possible mistakes, each with the changes that undo it and its residuals.
     fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<MistakeCandidate> {
         let n = self.torques.len();
         let change = |of: Hypothesis, size: f64| Change { of, size };
@@ -222,7 +222,7 @@ impl MistakeSearch<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
-        // A unit that only one joint shows may be the unit of this joint.
+        // If only one joint shows the unit, it may be the unit of this joint.
         let counted: Vec<usize> = (0..n).filter(|k| self.slope(*k) > 0.0).collect();
         if let ([k], Some(_)) = (&counted[..], unit) {
             let size = self.slope(*k) - 1.0;
@@ -230,7 +230,7 @@ impl MistakeSearch<'_> {
             all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
         if unit.is_none() {
-            // Smaller zeros are estimated together where zeros and mount are examined.
+            // Smaller zeros are estimated together, in the estimation of zeros and mount.
             let is_meant = |one: &MistakeCandidate| self.mount.is_some() || one.changes[0].size.abs() > FAR_ZERO_RAD;
             let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
             all.extend(zeros.filter(is_meant));
@@ -245,7 +245,7 @@ impl MistakeSearch<'_> {
         all
     }
 
-    /// Possible mistakes of one joint or of two. `scale`: scale of all torques.
+    /// Adds possible mistakes of one joint or of two joints. `scale`: common scale of all torques.
     fn of_joints(&self, scale: f64, push: &mut impl FnMut(Vec<Change>, String)) {
         let n = self.torques.len();
         let names: Vec<&str> = self.postures.coordinates.iter().map(String::as_str).collect();
@@ -265,7 +265,7 @@ impl MistakeSearch<'_> {
         }
     }
 
-    /// The zero of a joint, where one explains more than zero does.
+    /// The zero of a joint that explains the torques better than no zero. `None` if there is none.
     fn zero(&self, k: usize) -> Option<MistakeCandidate> {
         let residual = |size: f64| {
             let (q, torques) = undone(&[Change { of: Zero(k), size }], &self.postures.q, self.torques, self.turns);
@@ -283,14 +283,14 @@ impl MistakeSearch<'_> {
         MistakeCandidate { changes, fault, shares }
     }
 
-    /// The ratio of measured to nominal torque, the median of the joints that determine it.
+    /// The ratio of measured to nominal torque: median over the joints that determine it.
     fn common_scale(&self) -> f64 {
         let mut sizes: Vec<f64> = (0..self.torques.len()).map(|k| self.slope(k).abs()).filter(|s| *s > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// The ratio of measured to nominal torque of a joint; 0 where the nominal bodies explain less than half of it.
+    /// The ratio of measured to nominal torque of a joint; 0 if the nominal bodies explain less than half of the torque.
     fn slope(&self, k: usize) -> f64 {
         let (described, measured) = (&self.at(&self.postures.q, &self.gravity)[k], centred(&self.torques[k]));
         let (square, both) = (described.norm_squared(), described.dot(&measured));
@@ -298,14 +298,15 @@ impl MistakeSearch<'_> {
         if is_told { both / square } else { 0.0 }
     }
 
-    /// The nominal torques at these positions, without their means.
+    /// The nominal torques at these positions, without their means, one vector per joint.
     fn at(&self, postures: &[Vec<f64>], gravity: &Vector3<f64>) -> Vec<DVector<f64>> {
         let rows: Vec<Vec<f64>> = postures.iter().map(|q| (self.described)(q, gravity)).collect();
         let joint = |j: usize| centred(&DVector::from_iterator(rows.len(), rows.iter().map(|row| row[j])));
         (0..self.torques.len()).map(joint).collect()
     }
 
-    /// The residual share of each joint's torque with the nominal bodies, in squares.
+    /// By joint: squared residual over squared torque, both without mean, after scaling the nominal torque by the best factor in
+    /// 0.5 to 2.
     fn shares(&self, q: &[Vec<f64>], torques: &[DVector<f64>], gravity: &Vector3<f64>) -> Vec<f64> {
         let of_joint = |(described, torque): (&DVector<f64>, &DVector<f64>)| {
             let torque = centred(torque);
@@ -320,7 +321,7 @@ impl MistakeSearch<'_> {
     }
 }
 
-/// Positions and torques with changes undone.
+/// Positions and torques after undoing the changes.
 fn undone(
     changes: &[Change],
     q: &[Vec<f64>],
@@ -346,12 +347,12 @@ fn undone(
     (q, torques)
 }
 
-/// The nominal bodies may have slopes of up to a factor of two, so a wrong scale changes their residual little.
+/// Whether the change is a wrong scale. The fit allows a factor of up to two, so a wrong scale changes its residual little.
 fn is_scale(changes: &[Change]) -> bool {
     matches!(changes, [Change { of: Scale(_), .. }])
 }
 
-/// The residual of each joint over its residual without the changes.
+/// Ratio of the residual of each joint to its residual without the changes; only finite positive ratios.
 fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
@@ -362,7 +363,7 @@ fn is_of_all(one: &MistakeCandidate, counted: &[usize]) -> bool {
     one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
 }
 
-/// The residual of the median joint: if a fault is of all joints, a single joint with wrong bodies is no evidence.
+/// The residual of the median joint. If a fault is of all joints, one joint with wrong nominal bodies must not decide.
 fn median(one: &MistakeCandidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);

@@ -1,14 +1,14 @@
-//! Identification from a robot at rest: its gravity parameters; with the nominal bodies also zeros and mount.
+//! Identification from a robot at rest: gravity parameters and, with the nominal bodies, also zeros and mount.
 //!
 //! ```text
 //! tau_j = sum_c G_jc(q) X_c + OFF_j                            gravity parameters, one offset a joint
 //! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal        zeros z and mount, nominal bodies
 //! ```
-//! G is the base regressor at rest, without the columns that are zero or linear combinations of others at every posture; the
-//! parameters of the dependent columns are combined with the others. T_i is the torque of the nominal bodies under gravity along
-//! axis i of the base. Rows have the weight of their joint's residual, whose standard deviation includes friction at rest.
-//! Standard deviations are those of least squares. With free bodies no zero is identifiable: a turned joint is equivalent to
-//! turned first moments.
+//! G is the base regressor at rest, without columns that are zero or linear combinations of other columns at every posture; the
+//! parameters of such columns are combined with the other parameters. T_i is the torque of the nominal bodies under gravity along
+//! axis i of the base. Each row is weighted by the residual of its joint, whose standard deviation includes friction at rest.
+//! Standard deviations are from least squares. With free bodies no zero is identifiable, because a rotated joint is equivalent to
+//! rotated first moments.
 
 mod fit;
 mod mistakes;
@@ -35,34 +35,34 @@ use crate::postures::placement::{looks_for_mistakes, placed};
 use rist::Error;
 use rist::Model;
 
-/// A smaller share of a column in another one is zero.
+/// A share of a column in another column counts as zero if it is smaller than this.
 const ZERO_SHARE: f64 = 1e-8;
-/// A direction with a singular value below this share of the largest is not identifiable.
+/// A direction is not identifiable if its singular value is below this share of the largest.
 const NOT_IDENTIFIABLE: f64 = 1e-6;
-/// Random postures, at least, and rows per base parameter, for the independent columns.
+/// Least number of random postures; and number of rows per base parameter, for finding independent columns.
 const MIN_RANDOM_POSTURES: usize = 20;
 const ROWS_PER_PARAMETER: usize = 4;
-/// Range of sliding joints at these postures, m.
+/// Range of prismatic joints at these postures, m.
 const SLIDING_RANGE_M: f64 = 0.5;
 
-/// A gravity parameter.
+/// A gravity parameter: a base parameter, possibly combined with others.
 pub struct GravityParameter {
-    /// The base parameter, and the parameters that postures cannot separate from it, with their shares.
+    /// The base parameter, followed by the parameters that postures cannot separate from it, with their factors.
     pub name: String,
-    /// `kg m`, `kg`.
+    /// The SI unit: `kg m` or `kg`.
     pub unit: String,
     column: usize,
-    /// Other columns and their shares.
+    /// Indices of the other columns, with their factors.
     with: Vec<(usize, f64)>,
 }
 
 /// The gravity parameters of a model: all parameters that postures can determine.
 ///
-/// Fails where the base regressor has no finite value at rest.
+/// Fails if the base regressor has no finite value at rest.
 pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error> {
     let regressor = model.regressor();
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
-    // columns that are dependent at random postures are dependent at all postures
+    // Columns that are dependent at random postures are dependent at all postures.
     let mut random = Random::new(1);
     let mut rows = Vec::new();
     for _ in 0..MIN_RANDOM_POSTURES + ROWS_PER_PARAMETER * p.div_ceil(n.max(1)) {
@@ -84,7 +84,7 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
     let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
     let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
     let mut kept: Vec<GravityParameter> = kept.collect();
-    // a dependent column c = sum of shares of kept columns: its parameter joins theirs by these shares
+    // A dependent column c is a sum of kept columns times shares, so its parameter joins their parameters with these shares.
     for (c, shares) in &columns.dependent {
         for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > ZERO_SHARE) {
             let sign = if *share < 0.0 { '-' } else { '+' };
@@ -95,7 +95,7 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
     Ok(kept)
 }
 
-/// Y(q, 0, 0), row by row.
+/// The regressor at rest, Y(q, 0, 0), row by row.
 fn at_rest(model: &Model, q: &[f64]) -> Vec<f64> {
     let (n, p) = (q.len(), model.regressor().parameters().len());
     let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
@@ -105,35 +105,35 @@ fn at_rest(model: &Model, q: &[f64]) -> Vec<f64> {
 
 /// The estimate from postures.
 pub struct PostureEstimate {
-    /// The gravity parameters, in their order.
+    /// The gravity parameters.
     pub parameters: Vec<GravityParameter>,
-    /// Value and standard deviation of each.
+    /// Value and standard deviation of each gravity parameter.
     pub values: Vec<ValueWithSigma>,
-    /// Nominal value of each, where the model has inertials.
+    /// Nominal value of each gravity parameter. `None` if the model has no inertial parameters.
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
-    /// Whether each joint slides: its torque is a force, N, and its zero a length, m.
+    /// Whether each joint is prismatic: its torque is a force, N, and its zero a length, m.
     pub slides: Vec<bool>,
-    /// The offset of each joint's torque with its standard deviation, N m (N).
+    /// Offset of each joint's torque, with its standard deviation, N m (N).
     pub offsets: Vec<ValueWithSigma>,
-    /// The rms residual of each joint's torques, N m (N).
+    /// Rms residual of each joint's torques, N m (N).
     pub residuals: Vec<f64>,
-    /// The rms of each joint's torques, N m (N).
+    /// Rms of each joint's torques, N m (N).
     pub torques: Vec<f64>,
     /// Number of postures.
     pub postures: usize,
-    /// Whether they are plateaus of a log.
+    /// Whether the postures are plateaus of a log.
     pub are_plateaus: bool,
-    /// Zeros and mount, estimated with the nominal bodies.
+    /// Zeros and mount, estimated with the nominal bodies. `None` if this is not possible.
     pub placed: Option<ZerosAndMount>,
-    /// Mistakes of the columns, each of which explains the postures: one of them is present.
+    /// Mistakes in the columns that each explain the postures; one of them is present. Empty if there are none.
     pub mistakes: Vec<Mistake>,
 }
 
 /// Identifies gravity parameters, zeros and mount. `options`: the transmission between the table and the joints.
 ///
-/// Fails where the postures are too few, where currents have no gains, and where joints are coupled.
+/// Fails if there are too few postures, if currents have no gains, or if joints are coupled.
 pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) -> Result<PostureEstimate, Error> {
     let parameters = gravity_parameters(model)?;
     let torques = torques(model, postures, options.transmission.drive_gains.as_deref())?;
@@ -141,7 +141,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     let postures = &postures;
     let (n, count) = (model.regressor().coordinates().len(), postures.q.len());
     let p = parameters.len();
-    // each posture gives n rows: at least two rows per unknown
+    // Each posture gives n rows; at least two rows per unknown are needed.
     if count * n < 2 * (p + n) || count < 4 {
         return Err(Error::new(format_args!(
             "{}: {count} postures of {n} joints for {p} gravity parameters and {n} offsets: at least {} are needed",
@@ -156,13 +156,13 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         let fit = free_bodies(model, &parameters, q, torques).ok();
         fit.map_or_else(Vec::new, |fit| fit.residuals.iter().zip(torques).map(share).collect())
     };
-    // nominal value of a combination: X_c + sum of share times X of the dependent columns
+    // Nominal value of a combination: X_c plus the sum of share times X over the dependent columns.
     let described = model.nominal_parameters().map(|x| {
         let value = |k: &GravityParameter| x[k.column] + k.with.iter().map(|(c, share)| share * x[*c]).sum::<f64>();
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
-    // far zeros explain the postures only if no far zeros remain once they are applied
+    // Far zeros explain the postures only if, after they are applied, no far zeros remain.
     let mut placed = placed(model, postures, &torques, &fit.deviations, options)?;
     if let Some(placed) = placed.as_mut().filter(|placed| placed.explains && !placed.is_near()) {
         placed.explains = mends(model, &parameters, (postures, &torques), placed, options)?;
@@ -184,8 +184,8 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     })
 }
 
-/// Whether no far zeros remain once these zeros are applied. Free bodies explain far zeros badly, so their standard deviations
-/// include that error.
+/// Whether no far zeros remain after the zeros `found` are applied. Free bodies explain far zeros badly, so standard deviations
+/// from free bodies include that error.
 fn mends(
     model: &Model,
     parameters: &[GravityParameter],
@@ -201,7 +201,7 @@ fn mends(
     Ok(again.is_some_and(|again| again.explains && again.is_near()))
 }
 
-/// The fit of gravity parameters, and of an offset of each joint's torque, to torques at positions.
+/// Fits gravity parameters, and an offset of each joint's torque, to torques at positions.
 fn free_bodies(
     model: &Model,
     parameters: &[GravityParameter],
@@ -220,9 +220,9 @@ fn free_bodies(
     PostureFit::of(&joints, torques, NOT_IDENTIFIABLE)
 }
 
-/// Joint positions and torques from the motor values of the table: q = q_m / r + q_0, tau = r tau_m / s.
+/// Joint positions and torques from the motor values in the table: q = q_m / r + q_0, tau = r tau_m / s.
 ///
-/// Fails where motors are coupled to several joints.
+/// Fails if motors are coupled to several joints.
 fn at_the_joints(
     postures: &Postures,
     mut torques: Vec<DVector<f64>>,
@@ -246,7 +246,7 @@ fn at_the_joints(
     Ok((found, torques))
 }
 
-/// Torques of each joint, one per posture, N m (N).
+/// Torques of each joint, one per posture, N m (N), from torques or currents in the table.
 fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<Vec<DVector<f64>>, Error> {
     let n = postures.coordinates.len();
     let gains = match (postures.effort_is, gains) {
@@ -292,7 +292,7 @@ impl PostureEstimate {
                 "residual": self.residuals[j],
                 "torque": self.torques[j],
             })).collect::<Vec<_>>(),
-            // "left" are residuals as shares of the torques, in [0, 1]
+            // "left" is the residual as a share of the torques, in [0, 1].
             "mistakes": self.mistakes.iter().map(|mistake| json!({
                 "fault": mistake.fault,
                 "remedy": mistake.remedy,
@@ -312,7 +312,7 @@ impl PostureEstimate {
     }
 }
 
-/// The list of the parameters that postures can determine.
+/// A text list of the parameters that postures can determine.
 pub fn gravity_text(parameters: &[GravityParameter]) -> String {
     let mut text = format!("{} gravity parameters: all that a robot at rest can identify\n", parameters.len());
     parameters.iter().for_each(|parameter| text += &format!("  {} [{}]\n", parameter.name, parameter.unit));
@@ -327,7 +327,7 @@ impl fmt::Display for PostureEstimate {
             Some((value, sigma)) => format!("{:>10} +- {}", significant(*value, 4), significant(*sigma, 2)),
             None => "not identifiable from these postures:".into(),
         };
-        // gravity parameters, then offsets and residuals of the joints
+        // First the gravity parameters, then offsets and residuals of the joints.
         let width = self.parameters.iter().map(|p| p.name.len()).chain([8]).max().unwrap_or(8);
         for (k, (parameter, value)) in self.parameters.iter().zip(&self.values).enumerate() {
             let described =
@@ -345,7 +345,7 @@ impl fmt::Display for PostureEstimate {
             );
             writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
         }
-        // mistakes: with one of them, zeros and mount are meaningless
+        // Mistakes of the columns; if there are any, zeros and mount have no meaning.
         for (k, mistake) in self.mistakes.iter().enumerate() {
             let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
             let bodies =
@@ -361,7 +361,7 @@ impl fmt::Display for PostureEstimate {
             return Ok(());
         }
         let Some(placed) = &self.placed else { return Ok(()) };
-        // zeros and mount, with the nominal bodies
+        // Zeros and mount, estimated with the nominal bodies.
         let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));
         writeln!(
             f,

@@ -1,10 +1,11 @@
-//! Zeros and mount that explain postures by the nominal bodies.
+//! Estimates zeros and mount with which the nominal bodies explain the postures.
 //!
 //! ```text
 //! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal
 //! ```
-//! T_i is the torque of the nominal bodies under gravity of 1 m/s^2 along axis i of the base. Gauss-Newton in z and in two turns
-//! of g about axes across it. A joint with its axis along nominal gravity has no zero: a turn of the mount would be equivalent.
+//! T_i is the torque of the nominal bodies under gravity of 1 m/s^2 along axis i of the base. The method is Gauss-Newton in z and
+//! in two rotations of g about axes normal to g. A joint whose axis is along nominal gravity has no zero, because a rotation of
+//! the mount would be equivalent.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::Change;
@@ -21,48 +22,49 @@ use rist::describe::description::rounded_rpy;
 use rist::fit::gravity_direction::{base, mounted};
 use rist::fit::mount::{Tilt, axes};
 
-/// Joints with a torque below this share of the largest have no weight in the search for another mount.
+/// In the search for another mount, a joint has no weight if its torque is below this share of the largest torque.
 const SMALL_TORQUE: f64 = 1e-3;
-/// Maximum number of postures in the search for mistakes.
+/// Greatest number of postures in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// A zero above this, after zeros were applied, is not noise, rad (m).
+/// After zeros were applied, a remaining zero above this is not noise, rad (m).
 const FAR_ZERO: f64 = 0.1;
-/// Maximum number of steps in the search for zeros and mount.
+/// Greatest number of steps in the search for zeros and mount.
 const MAX_STEPS: usize = 50;
-/// Largest change in a step, rad.
+/// Greatest change of a zero or angle in one step, rad (m).
 const LARGEST_STEP: f64 = 0.3;
 /// The nominal bodies explain postures if their residual is at most this times the standard deviation of free bodies.
 const EXPLAINED_TIMES: f64 = 2.0;
-/// A zero or mount is significant above this number of standard deviations.
+/// A zero or mount is significant if it exceeds this number of standard deviations.
 const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
-/// Zeros and mount are separable where the singular value of each direction is above this share of the largest.
+/// A combination of zeros and mount is not separable if its singular value is at most this share of the largest.
 const NOT_SEPARABLE: f64 = 3e-5;
-/// A step that increases the residual is halved at most this number of times.
+/// Greatest number of halvings of a step that increases the residual.
 const MAX_HALVINGS: i32 = 8;
-/// A step that reduces the residual by a smaller share ends the search.
+/// The search ends if a step reduces the residual by less than this share.
 const SETTLED_SHARE: f64 = 1e-9;
-/// Step of a difference quotient, rad: the torques keep nine digits at this step.
+/// Step of a difference quotient, rad; the torques keep nine digits at this step.
 const DIFFERENCE_STEP: f64 = 1e-5;
-/// A joint moves no torque where its column is below this share of the largest.
+/// A joint does not change any torque if its column is below this share of the largest column.
 const IDLE_SHARE: f64 = 1e-8;
 
-/// Zeros and mount that explain the postures by the nominal bodies.
+/// Zeros and mount with which the nominal bodies explain the postures.
 pub struct ZerosAndMount {
-    /// Zero of each joint, to be added to its positions, with its standard deviation, rad (m).
+    /// Zero of each joint, to be added to its positions, with the standard deviation, rad (m).
     pub zeros: Vec<ValueWithSigma>,
-    /// Roll, pitch and yaw of the base, rad.
+    /// Orientation of the base: roll, pitch and yaw, rad.
     pub base: [f64; 3],
-    /// Angle between gravity and nominal gravity, with its standard deviation, rad.
+    /// Angle between estimated and nominal gravity, with the standard deviation, rad.
     pub tilt: ValueWithSigma,
-    /// Residuals as shares of the torques, with the nominal placement and with these zeros and mount.
+    /// Residuals as shares of the torques: [with nominal zeros and mount, with these zeros and mount].
     pub left: [f64; 2],
-    /// Whether the residual is then no larger than free bodies would allow.
+    /// Whether the residual with these zeros and mount is as small as free bodies allow.
     pub explains: bool,
-    /// The options with these zeros, where there are any.
+    /// The options that set these zeros. `None` if no zero is significant.
     held: Option<String>,
 }
 
-/// Zeros and mount, starting from the nominal ones; `None` where the model has no bodies, or loops that are solved numerically.
+/// Estimates zeros and mount, starting from the nominal ones. `None` if the model has no bodies, or has loops that are solved
+/// numerically.
 pub(super) fn placed(
     model: &Model,
     postures: &Postures,
@@ -83,7 +85,7 @@ pub(super) fn placed(
     let SearchEnd { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
-    // Over all torques alike, since a joint that free bodies explain badly has a large standard deviation.
+    // The share is over all torques, unweighted, because a joint that free bodies explain badly has a large standard deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
         let left: f64 =
             search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
@@ -113,8 +115,9 @@ pub(super) fn placed(
     }))
 }
 
-/// Mistakes of the columns by the nominal bodies; none where the model has no bodies, or loops that are solved numerically.
-/// `placed`: zeros and mount; they are examined here where they explain nothing, or are not significant.
+/// Mistakes in the columns, found with the nominal bodies. Empty if the model has no bodies, or has loops that are solved
+/// numerically. `placed`: the estimated zeros and mount; if they explain nothing or are not significant, wrong zeros and mounts
+/// are also examined here.
 pub(super) fn looks_for_mistakes(
     model: &Model,
     (postures, torques): (&Postures, &[DVector<f64>]),
@@ -127,12 +130,12 @@ pub(super) fn looks_for_mistakes(
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes.filter(|_| is_described && model.robot.passive.is_empty()) else { return Ok(Vec::new()) };
-    // Large tables add no information and take long.
+    // Large tables would take long and add no information.
     let step = postures.q.len().div_ceil(MAX_SEARCHED_POSTURES);
     let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
     let torques: Vec<DVector<f64>> =
         torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
-    // Joints have equal weights, except joints that gravity does not move: before a fit there are no standard deviations.
+    // Before a fit there are no standard deviations, so joints have equal weights, except joints that gravity does not load.
     let sizes: Vec<f64> = torques.iter().map(|x| x.add_scalar(-x.mean()).norm()).collect();
     let least = SMALL_TORQUE * sizes.iter().fold(0.0, |m: f64, x| m.max(*x));
     let deviations: Vec<f64> = sizes.iter().map(|x| x.max(least).max(f64::MIN_POSITIVE)).collect();
@@ -150,7 +153,7 @@ pub(super) fn looks_for_mistakes(
     Ok(MistakeSearch { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
 }
 
-/// Whether each joint turns.
+/// Whether each joint is revolute.
 fn turns(model: &Model) -> Vec<bool> {
     (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
@@ -158,13 +161,13 @@ fn turns(model: &Model) -> Vec<bool> {
 /// The columns of each joint, and the residuals of its torques.
 type JointColumns = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
 
-/// The end of a search.
+/// The end of a search for zeros and mount.
 struct SearchEnd {
     zeros: Vec<f64>,
     gravity: Vector3<f64>,
-    /// The last step, with the standard deviations.
+    /// The last step, which gives the standard deviations.
     fit: PostureFit,
-    /// Residuals of the nominal and of the final placement, sums of squares over the variances.
+    /// Sums of squared residuals over variances: [nominal placement, final placement].
     left: [f64; 2],
 }
 
@@ -173,12 +176,12 @@ struct PlacementSearch<'a> {
     postures: &'a Postures,
     torques: &'a [DVector<f64>],
     deviations: &'a [f64],
-    /// Whether each joint turns.
+    /// Whether each joint is revolute.
     turns: &'a [bool],
 }
 
 impl PlacementSearch<'_> {
-    /// Zeros and gravity in steps that reduce the residual.
+    /// Searches zeros and gravity by steps that reduce the residual, starting from the nominal gravity.
     fn found(&self, described: Vector3<f64>) -> Result<SearchEnd, Error> {
         let n = self.torques.len();
         let (mut zeros, mut gravity) = (vec![0.0; n], described);
@@ -186,13 +189,13 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling is equivalent to one with a shoulder zero of half a turn: the mount alone is tried first.
+        // A robot on a ceiling is equivalent to one with a shoulder zero of half a turn, so the mount alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
         }
-        // A single joint is tried too: the steps from far away end at a local minimum.
+        // Then each single joint is tried, because steps from far away end at a local minimum.
         if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
             for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
                 let alone = |zero: f64| (0..n).map(|j| if j == k { zero } else { 0.0 }).collect::<Vec<_>>();
@@ -206,7 +209,7 @@ impl PlacementSearch<'_> {
             }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
-        // Gauss-Newton; a step that increases the residual is halved
+        // Gauss-Newton; a step that increases the residual is halved.
         for _ in 0..MAX_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
             let [first, second] = axes(&gravity).map(|(_, axis)| axis);
@@ -228,20 +231,20 @@ impl PlacementSearch<'_> {
         Ok(SearchEnd { zeros, gravity, fit, left: [before, left] })
     }
 
-    /// The step for zeros and mount, and offsets of the torques.
+    /// One Gauss-Newton step for zeros, mount, and offsets of the torques.
     fn step(&self, zeros: &[f64], gravity: &Vector3<f64>, idle: &[usize]) -> Result<PostureFit, Error> {
         let (mut columns, left) = self.look(zeros, gravity);
         columns.iter_mut().for_each(|c| idle.iter().for_each(|&k| c.column_mut(k).fill(0.0)));
         PostureFit::weighted(&columns, &left, self.deviations, NOT_SEPARABLE)
     }
 
-    /// Torques of each joint at a position under gravity, N m (N).
+    /// Torques of each joint at position `q` under gravity, N m (N).
     fn under(&self, q: &[f64], gravity: &Vector3<f64>) -> Vec<f64> {
         let by_axis: Vec<Vec<f64>> = self.axes.iter().map(|tilt| tilt.torques(q)).collect();
         (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
     }
 
-    /// The residuals of the torques, of `most` postures at most.
+    /// Residuals of the torques of each joint, for at most `most` postures.
     fn residuals(&self, zeros: &[f64], gravity: &Vector3<f64>, most: usize) -> Vec<DVector<f64>> {
         let step = self.postures.q.len().div_ceil(most).max(1);
         let rows = self.postures.q.iter().step_by(step);
@@ -251,7 +254,7 @@ impl PlacementSearch<'_> {
         (0..zeros.len()).map(joint).collect()
     }
 
-    /// Columns of the zeros, of the two turns, of the offsets; and the residuals.
+    /// The columns of the zeros, of the two rotations, and of the offsets; and the residuals.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> JointColumns {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
@@ -276,18 +279,18 @@ impl PlacementSearch<'_> {
         (columns, self.residuals(zeros, gravity, usize::MAX))
     }
 
-    /// The sum of squares, each joint over its standard deviation.
+    /// The sum of squares; each joint is divided by its standard deviation.
     fn squares(&self, left: &[DVector<f64>]) -> f64 {
         left.iter().zip(self.deviations).map(|(x, d)| x.norm_squared() / (d * d)).sum()
     }
 
-    /// The residuals without an offset of each joint: sum of squares over the variances.
+    /// The sum of squared residuals over variances, after removing the mean of each joint.
     fn residual_squares(&self, left: &[DVector<f64>]) -> f64 {
         let without_offset: Vec<DVector<f64>> = left.iter().map(|x| x.add_scalar(-x.mean())).collect();
         self.squares(&without_offset)
     }
 
-    /// The direction of gravity in the frame of the base with nominal zeros: the torques are linear in it.
+    /// The direction of gravity in the frame of the base, with nominal zeros. The torques are linear in this direction.
     fn gravity_alone(&self) -> Result<Vector3<f64>, Error> {
         let n = self.torques.len();
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 3 + n); n];
@@ -303,7 +306,7 @@ impl PlacementSearch<'_> {
     }
 }
 
-/// The joints that move no torque.
+/// Indices of the joints that do not change any torque.
 fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
     let size = |k: usize| columns.iter().map(|c| c.column(k).norm_squared()).sum::<f64>().sqrt();
     let sizes: Vec<f64> = (0..n).map(size).collect();
@@ -322,12 +325,12 @@ impl ZerosAndMount {
         self.zeros.iter().chain([&self.tilt]).any(is_identifiable)
     }
 
-    /// Whether no zero is far away.
+    /// Whether no significant zero exceeds [`FAR_ZERO`].
     pub(super) fn is_near(&self) -> bool {
         !self.zeros.iter().any(|value| is_identifiable(value) && value.is_some_and(|(zero, _)| zero.abs() > FAR_ZERO))
     }
 
-    /// The options with the zeros and the mount; the mount comes before the zeros.
+    /// The options that set the zeros and the mount; the mount comes first.
     pub fn remedy(&self) -> String {
         let mount = is_identifiable(&self.tilt).then(|| mounted(self.base));
         mount.into_iter().chain(self.held.clone()).collect::<Vec<_>>().join("; and ")

@@ -1,17 +1,17 @@
-//! The angle of a joint with the smallest residual: a grid, then a golden section search.
+//! Finds the angle of a joint with the smallest residual: grid search, then golden section search.
 
 use std::f64::consts::TAU;
 
-/// Angles of the grid.
+/// Number of angles of the grid in a turn.
 const GRID_ANGLES: u32 = 24;
-/// Width at which the golden section ends, rad.
+/// Interval width at which the golden section search ends, rad.
 const PRECISION_RAD: f64 = 1e-4;
-/// Smaller angles are no mistake, rad.
+/// An angle smaller than this is not a mistake, rad.
 const LEAST_ANGLE_RAD: f64 = 0.1;
-/// Least share of the residual that an angle must remove.
+/// An angle must remove at least this share of the residual.
 const LEAST_IMPROVEMENT: f64 = 0.02;
 
-/// The angle with the smallest `residual`, from -pi to pi, rad; `None` where it is nearly zero or improves little.
+/// The angle from -pi to pi with the smallest `residual`, rad. `None` if it is nearly zero or improves little.
 pub(super) fn turned_joint(residual: &impl Fn(f64) -> f64) -> Option<f64> {
     let step = TAU / f64::from(GRID_ANGLES);
     let grid = (0..GRID_ANGLES).map(|k| step * f64::from(k)).map(|angle| (residual(angle), angle));
