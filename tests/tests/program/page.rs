@@ -206,7 +206,7 @@ fn the_page_of_the_ur5_is_small() {
     assert!(page.len() <= PICTURES + 400_000, "{}", page.len());
     let scripts: Vec<&str> = page.split("<script>").skip(1).map(|s| s.split("</script>").next().unwrap()).collect();
     assert!(scripts.len() == 1 && scripts[0].len() <= 20_000, "{} {}", scripts.len(), scripts[0].len());
-    for part in ["description", "identified", "residual", "1980", "gravity compensation", "The robot, moving"] {
+    for part in ["description", "identified", "residual", "1980", "gravity compensation", "Robot animation"] {
         assert!(shown(&page).contains(part), "{part}");
     }
 }
