@@ -34,6 +34,13 @@ impl<'a> Finder<'a> {
     ) -> Result<Finder<'a>, Error> {
         let mut finder = Finder { table, coordinates, readings: readings(table, coordinates)?, names, notes: vec![] };
         finder.look_behind_prefixes()?;
+        if names.rate.is_some()
+            && let Ok(clock) = finder.clock_if_any()
+            && clock.header != NO_COLUMN
+        {
+            let note = format!("`{}` is not used as the clock, since the rows per second are given", clock.header);
+            finder.notes.push(note);
+        }
         Ok(finder)
     }
 

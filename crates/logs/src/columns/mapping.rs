@@ -108,22 +108,9 @@ impl Columns {
     fn found(table: &Table, coordinates: &[String], names: &ColumnNames, needed: Needed) -> Result<Columns, Error> {
         let finder = Finder::new(table, coordinates, names)?;
         let undriven = names.undriven(coordinates).map_err(Error::new)?;
-        let mut time = match &names.time {
-            _ if names.rate.is_some() => finder.without_clock(),
-            Some(name) => finder.named(Time, name)?,
-            None if needed.time => finder.clock()?,
-            None => finder.clock_if_any()?,
-        };
-        check_rate(names)?;
+        let mut time = clock(table, &finder, names, needed)?;
         let time_fraction = finder.fraction_of(&time);
         let episode = finder.episode(names.episode.as_deref())?;
-        if time.unit == "s"
-            && time.header != NO_COLUMN
-            && names.units.time.is_none()
-            && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
-        {
-            (time.unit, time.factor) = (unit.to_string(), factor);
-        }
         let quantity = |quantity: Quantity, given: &Option<NamePattern>| match given {
             Some(given) => finder.given(quantity, given).map(Some),
             None => finder.group(quantity, coordinates.len()),
@@ -135,21 +122,7 @@ impl Columns {
         }
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
-        let effort =
-            |quantity: Quantity, given: &Option<NamePattern>| finder.efforts(quantity, given.as_ref(), &undriven);
-        refuse_two_efforts(names)?;
-        // A user who names the current wants the current, even where there are torques too.
-        let torque = match names.current.is_some() || names.goal.is_some() {
-            true => None,
-            false => effort(Torque, &names.torque)?,
-        };
-        let (efforts, effort_is) = match torque {
-            Some(torque) => (torque, Torque),
-            None if names.goal.is_some() => (effort(Goal, &names.goal)?.unwrap_or_default(), Goal),
-            None if !needed.efforts => (vec![], Torque),
-            None if undriven.iter().all(Option::is_some) => (vec![None; coordinates.len()], Torque),
-            None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
-        };
+        let (efforts, effort_is) = efforts(&finder, names, &undriven, needed)?;
         let none = |position: &ColumnSource| ColumnSource {
             header: NO_COLUMN.into(),
             unit: "nm".into(),
@@ -159,13 +132,6 @@ impl Columns {
         let effort =
             efforts.into_iter().zip(&position).map(|(source, position)| source.unwrap_or_else(|| none(position)));
         let effort = effort.collect();
-        let mut notes: Vec<String> = table.notes.iter().cloned().chain(finder.notes.clone()).collect();
-        if names.rate.is_some()
-            && let Ok(clock) = finder.clock_if_any()
-            && clock.header != NO_COLUMN
-        {
-            notes.push(format!("`{}` is not used as the clock, since the rows per second are given", clock.header));
-        }
         let mut columns = Columns {
             coordinates: coordinates.to_vec(),
             time,
@@ -179,7 +145,7 @@ impl Columns {
             undriven,
             effort_is,
             unused: Vec::new(),
-            notes,
+            notes: table.notes.iter().cloned().chain(finder.notes).collect(),
         };
         let used = columns.places();
         let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
@@ -266,6 +232,48 @@ impl fmt::Display for Columns {
         }
         Ok(())
     }
+}
+
+/// The clock: the column that the user names or that is found by its name, or none where the rows per second are given.
+fn clock(table: &Table, finder: &Finder, names: &ColumnNames, needed: Needed) -> Result<ColumnSource, Error> {
+    check_rate(names)?;
+    let mut time = match &names.time {
+        _ if names.rate.is_some() => finder.without_clock(),
+        Some(name) => finder.named(Time, name)?,
+        None if needed.time => finder.clock()?,
+        None => finder.clock_if_any()?,
+    };
+    if time.unit == "s"
+        && time.header != NO_COLUMN
+        && names.units.time.is_none()
+        && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
+    {
+        (time.unit, time.factor) = (unit.to_string(), factor);
+    }
+    Ok(time)
+}
+
+/// The torques, currents or goals of the coordinates, and which of these they are; `None` for a coordinate without one.
+fn efforts(
+    finder: &Finder,
+    names: &ColumnNames,
+    undriven: &[Option<NoTorqueReason>],
+    needed: Needed,
+) -> Result<(Vec<Option<ColumnSource>>, Quantity), Error> {
+    refuse_two_efforts(names)?;
+    let effort = |quantity: Quantity, given: &Option<NamePattern>| finder.efforts(quantity, given.as_ref(), undriven);
+    // A user who names the current wants the current, even where there are torques too.
+    let torque = match names.current.is_some() || names.goal.is_some() {
+        true => None,
+        false => effort(Torque, &names.torque)?,
+    };
+    Ok(match torque {
+        Some(torque) => (torque, Torque),
+        None if names.goal.is_some() => (effort(Goal, &names.goal)?.unwrap_or_default(), Goal),
+        None if !needed.efforts => (vec![], Torque),
+        None if undriven.iter().all(Option::is_some) => (vec![None; undriven.len()], Torque),
+        None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
+    })
 }
 
 /// Refuses a rate that is no frequency, or stands next to a clock.

@@ -189,14 +189,13 @@ fn identify_kept(
     let request = unknowns.as_ref().map_or(request, |unknowns| &unknowns.request);
     let options = Options { model: model.robot.name.clone(), ..request.options() };
     let is_own_scale = is_own_scale(model, logs, &request.gain, &options)?;
-    let searched = search(model, FitQuestion { logs, request, kept }, options, &CANDIDATES, &|tried: TriedVariant<
-        '_,
-    >| tried.finish())?;
-    let SearchResult { model: changed, options, found: decided, end } = searched;
+    let finish = |tried: TriedVariant<'_>| tried.finish();
+    let question = FitQuestion { logs, request, kept };
+    let SearchResult { model: changed, options, found: decided, end } =
+        search(model, question, options, &CANDIDATES, &finish)?;
     let (mut log_check, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
-    let (gains, map) = (decided.gains.as_ref(), model.standard_map());
-    let link = request.loaded_link.as_deref();
+    let (gains, map, link) = (decided.gains.as_ref(), model.standard_map(), request.loaded_link.as_deref());
     // Load and noise are computed before the bodies, which may change the fit.
     let scales = Scales { gains, faults: &faults, log_check: &log_check };
     let of_gains = gains.map(|found| gain_remark(model, logs, &request.gain, found));
