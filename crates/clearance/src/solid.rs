@@ -331,7 +331,8 @@ mod tests {
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
             let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
             assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
-            // With 1000 points on a ball, four neighbours can be 0.16 rad apart: a cap of 0.2 (1 - cos 0.1) = 1 mm is cut off.
+            // 1000 points on a ball: the diagonal of four neighbours is about 0.16 rad, so a gap has a half angle below 0.1 rad;
+            // its cap is below 0.2 (1 - cos 0.1) = 1 mm.
             assert!(held < outermost + 1e-3 * norm(along), "{k}: {held} {outermost}");
         }
         // If the limit of kept vertices is not reached, no vertex is outside by more than a tenth of a millimetre.

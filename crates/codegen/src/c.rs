@@ -138,9 +138,11 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool)
     source
 }
 
-/// The text that defines `MUL_ADD`. Compilers define the names tested here if `fma` is one instruction. clang is a case of its
-/// own: for `fmaf`, it calls the library if errno may be set, as on processors without an operating system, and this library
-/// function may compute with doubles. If contraction is allowed, clang fuses if its target gains by it.
+/// The text that defines `MUL_ADD`.
+///
+/// clang gets a b + c with contraction allowed, and fuses if its target gains by it. It gets no `fmaf`: if errno may be set, as
+/// on processors without an operating system, that is a library call, which may compute with doubles. Other compilers call `fma`
+/// only if one of the names tested here says that it is one instruction.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
 #if defined(__clang__)

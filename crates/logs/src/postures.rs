@@ -35,7 +35,7 @@ pub struct Postures {
     pub q: Vec<Vec<f64>>,
     /// Efforts, N m (N), A or rad (m), one list per posture.
     pub effort: Vec<Vec<f64>>,
-    /// The quantity of the efforts.
+    /// What `effort` holds: torques, currents or position errors.
     pub effort_is: Effort,
     /// Number of rows of the file.
     pub rows: usize,

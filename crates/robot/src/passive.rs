@@ -259,13 +259,13 @@ fn again(
     Some((polygons, relations))
 }
 
-/// The equation of a step; `None` if the sum of its sides is zero.
+/// The equation of a step; `None` if its loop is not a polygon.
 fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &EquationOrigin) -> Option<Linear> {
     match step {
         EquationOrigin::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
         EquationOrigin::Opposite(l, one, other) => {
             let polygon = polygons[*l].as_ref()?;
-            // The coefficients of Phi for the first side, and the angle of the sum of the sides if this Phi is zero.
+            // The coefficients of the angle Phi of the first side (`polygon`), and the angle of the sum of the sides at Phi = 0.
             let sum = |sides: &[usize]| -> Linear {
                 let lead = reduced(relations, (polygon.sides[sides[0]].turn.clone(), 0.0));
                 let mut total = [0.0; 2];

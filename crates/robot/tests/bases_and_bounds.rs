@@ -74,7 +74,8 @@ fn what_is_written_is_read_again() {
     }
 }
 
-/// A follower is held to its own velocity, and soft limits narrow hard ones, of a URDF.
+/// In a URDF, the velocity limit of a mimic joint, divided by |multiplier|, limits the joint that it follows; soft position
+/// limits narrow the hard ones.
 #[test]
 fn followers_and_soft_limits_narrow_a_coordinate() {
     let read = |soft: &str, velocity: &str| {

@@ -60,8 +60,8 @@ pub struct ExcitingMotion {
     pub determinant: f64,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
-    /// det^(1/p) (or 1/cond) of this motion over the value of the best motion of the search. It is below 1 if that motion was
-    /// scaled down to keep its limits.
+    /// det^(1/p) (or 1/cond) of this motion, divided by the value of the best motion of the search. It is below 1 if that motion
+    /// was scaled down to keep its limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_share: Option<f64>,
     /// Standard deviation of the noise of one torque sample, N m (N), one per coordinate.

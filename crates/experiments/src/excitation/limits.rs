@@ -1,6 +1,6 @@
 //! The limits of each coordinate: from the description, tightened by a limits file, or assumed if neither has the limit.
 //!
-//! | limit | of the description | assumed (slides) |
+//! | limit | of the description | assumed (sliding joints) |
 //! |---|---|---|
 //! | position | yes, up to 1000 | +-1.5 rad (+-0.25 m) |
 //! | velocity | yes, up to 10 000 | 1 rad/s (0.25 m/s) |

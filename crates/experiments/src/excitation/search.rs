@@ -50,7 +50,8 @@ pub struct StartResult {
     pub joints: Vec<Vec<f64>>,
     /// Criterion J of the motion.
     pub criterion: f64,
-    /// The least distance to a kinematic limit over half the width of the limit, with the coordinate and the kind of limit.
+    /// The least distance to a kinematic limit, divided by half the distance between its two bounds; with the coordinate and the
+    /// kind of limit.
     pub room: (f64, usize, LimitKind),
     /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: no bounds.
     pub torque: Option<(f64, usize, LimitKind)>,
@@ -100,8 +101,8 @@ const MAX_DRAWS_PER_START: usize = 60;
 const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// A drawn motion is accepted if the ratio of each torque to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// Greatest number of centres drawn for a start of a robot with bodies, and of draws about free centres. After that, descents
-/// search a centre: a robot that needs more draws has hardly any free pose.
+/// For a start of a robot with bodies: greatest number of random centres that are tested, and greatest number of motions that are
+/// tried about those without a collision. After that, descents search a centre: a robot that needs more has hardly any free pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
 /// Greatest number of times that a motion about a centre from a descent is scaled down. A smaller motion cannot separate the
@@ -630,8 +631,8 @@ pub(crate) mod tests {
     fn what_cannot_move_says_why() {
         let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
-        // Dry friction alone needs 0.2 N m, more than a hundredth of 12. (With 0.04 N m there would be a motion near the end of
-        // the range, at which the gravity torque is zero.)
+        // Coulomb friction alone takes 0.2 N m; a share of 0.01 of the limit of 12 N m is 0.12. (Friction of 0.04 N m would allow
+        // a motion near the end of the range, where the gravity torque is zero.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };

@@ -55,7 +55,7 @@ pub struct VisibleParameter {
     /// Predicted standard deviation, in `unit`. `None` if the parameter is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
-    /// The standard deviation over the magnitude of the nominal value. `None` if the nominal value is zero or not known.
+    /// The standard deviation divided by the magnitude of the nominal value. `None` if the nominal value is zero or not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_deviation: Option<f64>,
     /// For a parameter that is weak or not identifiable: the joint that causes it, and its lock or limit, in words.

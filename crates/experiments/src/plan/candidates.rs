@@ -1,8 +1,8 @@
 //! The experiments that a plan may choose from: every kind of motion about a grid of configurations.
 //!
-//! The positions A and B of a swing with stroke L and period T follow from the limits of the fast joint: a_max, v_max, the range
-//! about the centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small. The equations are for
-//! bang-bang; a smooth profile has other peak factors:
+//! Stroke L, period T and frequency f_P = 1/T of a swing follow from the limits of the fast joint: a_max, v_max, the range about
+//! the centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small. The equations are for bang-bang; a
+//! smooth profile has other peak factors:
 //!
 //! inertial, coupling   f_P = min(f_bw/4, a_max/(4 v_small)),  L = a_max T^2/16: greatest
 //! acceleration at low velocity; L at least 200 encoder counts
@@ -76,7 +76,8 @@ pub struct CandidateGrid {
 pub struct Candidate {
     /// The motion of the experiment.
     pub trajectory: ExcitingTrajectory,
-    /// The unweighted rows of the paper, N m per unit of the parameter, for criterion (15).
+    /// The unweighted rows of [Vandanjon, Gautier, Desbats 1995], N m per unit of the parameter, for its criterion (15): the
+    /// Frobenius condition number.
     pub raw: WeightedRows,
     /// The rows divided by their standard deviations, for the determinant.
     pub information: WeightedRows,
@@ -88,9 +89,9 @@ pub struct Candidate {
 const LONGEST_SWEEP_S: f64 = 10.0;
 /// Longest sweep in one direction, as a multiple of the recorded time.
 const SWEEP_PER_RECORD: f64 = 2.5;
-/// Length of a sweep over the distance from the centre to the nearer limit, at most.
+/// Greatest length of a sweep, divided by the distance from its centre to the nearer limit (2 would reach the limit).
 const SWEEP_RANGE_SHARE: f64 = 1.8;
-/// Settling times at both ends of the shortest sweep together, s.
+/// Time at constant velocity of the shortest sweep in one direction, s; the controller settles in the first part of it.
 const SHORTEST_CRUISE_S: f64 = 0.4;
 /// Least stroke of a swing, in encoder counts.
 const SMALLEST_STROKE_COUNTS: f64 = 200.0;
@@ -106,7 +107,7 @@ const DEPENDENCE_STEP: f64 = 0.7;
 const DEPENDENCE_STATES: usize = 4;
 /// Relative change of a regressor entry above which the regressor depends on a coordinate.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
-/// Tolerance for the rounding of a period over four sample times.
+/// Tolerance for the rounding of a period divided by four sample times.
 const PERIOD_ROUNDING: f64 = 1e-9;
 
 impl Candidate {
@@ -282,7 +283,7 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
     let longest = LONGEST_SWEEP_S.max(SWEEP_PER_RECORD * grid.duration) * velocity;
     let room = longest.min(SWEEP_RANGE_SHARE * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
-    // The least length: both ramps, and at both ends a settling time whose samples are not used.
+    // The least length: both ramps, and a section of constant velocity, whose first samples (settling) are not used.
     let least = velocity * velocity / ramps + SHORTEST_CRUISE_S * velocity;
     let mut found = ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time);
     if let JointMotion::Sweep { acceleration, .. } = &mut found.motion {

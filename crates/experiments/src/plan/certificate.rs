@@ -1,10 +1,11 @@
 //! Bounds on the quality of any plan that can be chosen from the same candidates.
 //!
-//! w: weights of the candidates; M(w) = sum w_i F_i. For any other weights w*:
+//! F_i: information matrix of candidate i; F: sum over the N experiments of the plan; p: number of parameters; w: weights of the
+//! candidates, whose sum is 1; M(w) = sum w_i F_i. For any other weights w*:
 //!
 //! log det M(w*) - log det M(w) <= max_i tr(F_i M(w)^-1) - p     [Kiefer, Wolfowitz 1960]
 //!
-//! so the D-efficiency of a plan of N experiments is bounded by
+//! With gap, the right side of this bound, the D-efficiency of the plan is bounded by
 //! (det F / det(N M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
 //!
 //! cond_fro^2 = tr F tr F^-1 is independent of the scale of F. If each F_i is scaled to unit trace, then for any w, cond_fro^2 >=

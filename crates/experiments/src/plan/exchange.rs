@@ -25,7 +25,7 @@ use random::Random;
 pub enum Criterion {
     /// log det F.
     Determinant,
-    /// - log cond_fro F.
+    /// Minus log cond_fro F, with cond_fro F = sqrt(tr F tr F^-1).
     FrobeniusCondition,
 }
 
@@ -141,7 +141,7 @@ pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion)
 }
 
 /// Scales the columns. For the determinant each column is divided by its root mean square, so that the ridge is small for each.
-/// For criterion (15) the columns keep their relative scale; only their mean trace is scaled to one.
+/// For the Frobenius condition number the columns keep their relative scale; only their mean trace is scaled to one.
 fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRows> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = match criterion {

@@ -1,23 +1,24 @@
 //! The motion of one experiment: a fast joint, possibly with slow joints; the other joints are locked.
 //!
-//! A swing moves periodically between A and B: the acceleration is +a on [0, T/4), -a on [T/4, 3T/4), +a on [3T/4, T). With L =
-//! |B - A|
+//! A swing moves the fast joint between two positions A and B with the period T. Its acceleration is +a on [0, T/4), -a on
+//! [T/4, 3T/4), +a on [3T/4, T) (bang-bang profile). With the stroke L = |B - A|, the peak velocity is v_peak and the frequency
+//! f_P:
 //!
 //! L = a T^2 / 16,   v_peak = 4 L / T,   f_P = 1/T = sqrt(a/L) / 4.
 //!
-//! | kind | fast joint k | slow joints l | paper |
+//! | kind | fast joint k | slow joints l | equations (`paper_rows`) |
 //! |---|---|---|---|
-//! | Inertial (1) | greatest acceleration | none | equation (8) |
+//! | Inertial (1) | greatest acceleration | none | (8) |
 //! | Centrifugal (2) | greatest velocity | one | (10) |
 //! | Coupling (3) | as Inertial | one | (11) |
 //! | Mixed (1+2+3) | between the two | all joints behind it | (8), (10), (11) |
 //! | Gravity (4) | constant slow velocity, there and back | none | (13) |
 //!
-//! Slow joints move with the period and the phase of the fast joint. Every profile has the odd half-wave symmetries q(t + T/2) -
-//! c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c). Therefore the friction of the moving joint is orthogonal to its
-//! acceleration at odd harmonics.
+//! Slow joints move with the period and the phase of the fast joint. Every profile has the odd half-wave symmetries
+//! q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), c: centre of the motion. Therefore the friction of the
+//! moving joint is orthogonal to its acceleration at odd harmonics.
 //!
-//! [Vandanjon, Gautier, Desbats 1995, section 3.2]
+//! The equation numbers are those of [Vandanjon, Gautier, Desbats 1995, section 3.2].
 
 use std::ops::Range;
 
@@ -104,9 +105,9 @@ pub struct SwingCourse<'a> {
 /// The signal on which a spectral equation projects the torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projector {
-    /// ddq of the fast joint at f_P: equations (8) and (11).
+    /// ddq of the fast joint at f_P: equations (8) and (11) of [Vandanjon, Gautier, Desbats 1995].
     Acceleration,
-    /// dq^2 of the fast joint at 2 f_P: equation (10).
+    /// dq^2 of the fast joint at 2 f_P: equation (10) of [Vandanjon, Gautier, Desbats 1995].
     SquaredVelocity,
 }
 
@@ -120,7 +121,8 @@ impl Projector {
     }
 }
 
-/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v); v: projector signal of the fast joint.
+/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v). v: projector signal of the fast joint;
+/// Sp(m, v) = Re(m conj v) / |v|^2 of the spectra of m and v at the projector's frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
     /// Index of the joint whose torque is projected.
@@ -186,7 +188,7 @@ impl ExcitingTrajectory {
         std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
     }
 
-    /// The spectral equations of this experiment. Empty for gravity, which uses the equations (13).
+    /// The spectral equations of this experiment. Empty for a gravity sweep, whose rows are centred torques (`paper_rows`, (13)).
     pub fn equations(&self) -> Vec<SpectralEquation> {
         let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
         let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };

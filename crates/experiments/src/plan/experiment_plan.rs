@@ -47,12 +47,13 @@ pub struct ExperimentPlan {
     pub candidates: usize,
     /// The criterion: `determinant` or `frobenius_condition`.
     pub criterion: String,
-    /// Lower bound of the D-efficiency: (det F)^(1/p) over its value for the best plan of the same number of experiments.
+    /// Lower bound of the D-efficiency: (det F)^(1/p), divided by its value for the best plan of the same number of experiments.
+    /// F: information matrix of the plan; p: number of parameters.
     pub d_efficiency_at_least: f64,
     /// The proof of an upper bound of log det F. `None`: no branch and bound was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
-    /// The Frobenius condition number of this plan, equation (15).
+    /// sqrt(tr F tr F^-1) of this plan (unweighted rows): equation (15) of [Vandanjon, Gautier, Desbats 1995].
     pub cond_fro: f64,
     /// Lower bound of the Frobenius condition number of any plan of these candidates.
     pub cond_fro_at_least: f64,
@@ -84,7 +85,7 @@ impl ExperimentPlan {
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
         let ExchangeSettings { count, criterion, search } = choice;
-        // The determinant uses rows divided by their noise; the condition number uses the unweighted rows of the paper.
+        // The determinant uses rows divided by their noise; the condition number uses unweighted rows.
         let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();

@@ -1,12 +1,15 @@
 //! The rows of the paper cited below: one spectral equation per harmonic, and the centred equations of gravity.
 //!
+//! Sp(m, v, f) = Re(m(f) conj v(f)) / |v(f)|^2: the spectrum m(f) of a signal, projected on the spectrum v(f) of another. k: fast
+//! joint; f_P: frequency of its swing; D_j, tau_j: rows of the regressor and torques of joint j.
+//!
 //! (8), (11)  Sp(D_j, ddq_k, f_P) X = Sp(tau_j, ddq_k, f_P)       (j = k or a slow joint)
 //! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
 //! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
 //!
-//! The torque noise is white with standard deviation sigma per sample; the variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2). The
-//! gravity equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank. It has the information
-//! of (13) without the squared condition number of the normal equations (14).
+//! The torque noise is white with standard deviation sigma per sample; the variance of Sp(tau) of N samples is
+//! sigma^2 N / (2 |v(f)|^2). The gravity equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its
+//! rank. It has the information of (13) without the squared condition number of the normal equations (14).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
@@ -35,7 +38,7 @@ pub struct EquationBlock {
     pub joint: Vec<usize>,
 }
 
-/// The spectral rows (8), (10), (11) of a swing over the whole periods of `motion`.
+/// The spectral rows of a swing, (8), (10) and (11) at the top of this file, from the whole periods of `motion`.
 ///
 /// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. A row whose projector is zero is
 /// left out.
@@ -75,7 +78,8 @@ pub fn spectral_rows(
     block
 }
 
-/// The rows (13) of a sweep, reduced to a triangle. `directions`: number of samples of each direction.
+/// The centred rows of a sweep, (13) at the top of this file, reduced to a triangle. `directions`: number of samples of each
+/// direction.
 pub fn gravity_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,

@@ -26,7 +26,7 @@ pub struct PlannedExperiment {
     /// The sweep; `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
-    /// Rank of F of this experiment and of all experiments before it.
+    /// Rank of the information matrix F, summed over this experiment and all before it.
     pub rank: usize,
     /// Increase of log det F by this experiment. `None` if F does not have full rank without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

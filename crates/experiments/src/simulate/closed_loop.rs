@@ -1,13 +1,14 @@
 //! Simulation of a robot in closed loop: the record that an experiment would give.
 //!
-//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in several [`Steps`] per sample. At each sample the controller uses q
-//! rounded to the encoder quantum:
+//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in several [`Steps`] per sample. A: inertia matrix; h: Coriolis,
+//! centrifugal and gravity torques; kt: torque per current; I: current; G: friction. At each sample the controller uses q rounded
+//! to the encoder quantum:
 //!
 //! I = (Kp (q_r - q) + Kd (dq_r - v) + feedforward) / kt, limited, constant until the next sample,
 //!
-//! with v the backward difference of q through a first-order filter. The current recorded at t_i is the mean of the currents
-//! before and after t_i, that is, the mean current over [t_i - h/2, t_i + h/2]. The record therefore contains the delay of half a
-//! sample that the zero-order hold causes.
+//! with q_r, dq_r the reference, Kp, Kd the gains, and v the backward difference of q through a first-order filter. The current
+//! recorded at t_i is the mean of the currents before and after t_i, that is, the mean current over [t_i - h/2, t_i + h/2]. The
+//! record therefore contains the delay of half a sample that the zero-order hold causes.
 //!
 //! The loop is deterministic; [`Sensors`] adds noise to a copy of its record. Not modelled: flexibility, torque ripple, and noise
 //! in the loop.
@@ -145,7 +146,8 @@ impl Simulation<'_> {
 
     /// The greatest rate, 1/s, at which friction makes a velocity near zero decay.
     ///
-    /// It is estimated by its bound sum_k (A^-1)_kk dG_k/dv; the greatest value over poses of the reference is returned.
+    /// It is estimated by its bound sum_k (A^-1)_kk dG_k/dv (A: inertia matrix; dG_k/dv: slope of the friction of joint k); the
+    /// greatest value over poses of the reference is returned.
     fn stiffness(&self, reference: &Reference) -> f64 {
         let (n, count) = (self.dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
         let (mut inertia, mut bias, rest) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);

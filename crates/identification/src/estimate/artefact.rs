@@ -52,7 +52,7 @@ pub struct Estimate {
     /// Whether an iterative method converged; `None` for methods without iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
-    /// Chi^2 of RIST-MH over (rows - unknowns). Its noise is measured between the periods of the motion; `None` if it was
+    /// Chi^2 of RIST-MH, divided by (rows - unknowns). Its noise is measured between the periods of the motion; `None` if it was
     /// not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,

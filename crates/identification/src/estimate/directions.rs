@@ -25,7 +25,7 @@ const DECISIVE_MEMBERS: usize = 2;
 /// A combination of parameters that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// Singular value of the direction (columns of W scaled), over the largest one; 0: the torques do not depend on the
+    /// Singular value of the direction (columns of W scaled), divided by the largest one; 0: the torques do not depend on the
     /// direction.
     pub strength: f64,
     /// The parameters that change along the direction, in the order of decreasing entries for scaled columns.

@@ -47,14 +47,14 @@ const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 pub struct TakenTerm {
     /// The friction term.
     pub term: FrictionTerm,
-    /// E with this term and all terms added before it, over E without terms of single joints.
+    /// E with this term and all terms added before it, divided by E without terms of single joints.
     pub ratio: f64,
 }
 
 /// The friction terms of single joints that were chosen, and the error without them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
-    /// Relative error of cross-validation without terms of single joints: E over the norm of the weighted torque.
+    /// Relative error of cross-validation without terms of single joints: E divided by the norm of the weighted torque.
     pub error: f64,
     /// The chosen terms, in the order in which they were added.
     pub taken: Vec<TakenTerm>,

@@ -27,7 +27,7 @@ pub struct StandingOut {
     pub from: f64,
     /// End of the interval, s, by the clock of the log.
     pub to: f64,
-    /// Largest moving mean |m| of the residual in the interval, over its robust standard deviation s.
+    /// Largest moving mean |m| of the residual in the interval, divided by its robust standard deviation s.
     pub ratio: f64,
 }
 

@@ -119,7 +119,7 @@ impl Problem {
     }
 
     fn derivatives(&self, y: &DVector<f64>, gamma: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        // d(tr P - log det P)/dy_i = tr U_i - tr(P^-1 U_i); second derivative: tr(P^-1 U_i P^-1 U_k).
+        // U_i = dP/dy_i: d(tr P - log det P)/dy_i = tr U_i - tr(P^-1 U_i); second derivative: tr(P^-1 U_i P^-1 U_k).
         let mut g = self.rows.tr_mul(&(&self.rows * y - &self.right));
         let mut h = self.hessian.clone();
         for &(c, sd) in &self.friction {
@@ -242,8 +242,8 @@ impl Problem {
     /// ```text
     /// M = A,  r = A y - z;   of a body P = L L': vec(L^-1 U_i L^-T), vec(L'L - 1);   of a rotor: 1 / y, y - 1
     /// ```
-    /// The rows of bodies and rotors are multiplied by sqrt(gamma). Each symmetric matrix is written as ten entries; entries off
-    /// the diagonal are multiplied by sqrt(2).
+    /// U_i = dP/dy_i. The rows of bodies and rotors are multiplied by sqrt(gamma). Each symmetric matrix is written as ten
+    /// entries; entries off the diagonal are multiplied by sqrt(2).
     fn direction_by_rows(&self, y: &DVector<f64>, gamma: f64) -> Option<(f64, DVector<f64>)> {
         let (data, n) = self.rows.shape();
         let count = data + 10 * self.bodies.len() + self.rotors.len() + self.friction.len();

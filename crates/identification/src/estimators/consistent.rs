@@ -85,8 +85,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // The path starts at a gamma at which the prior dominates, and gamma decreases to its full weight. Then it decreases
-    // further, by
+    // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then it
+    // decreases further, by [`PRIOR_SHARE_FACTOR`] a round.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);

@@ -154,7 +154,7 @@ pub fn replicate_deviation(
     let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // In the scores of a robust fit, a residual e counts as psi(u) s = slope w e.
+    // In the scores of a robust fit, a residual e counts as slope w e (w: robust weight of its row), so W_g' e_g is scaled.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));

@@ -311,7 +311,8 @@ mod tests {
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
-    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a sine of amplitude a and frequency f with noise sigma, limited to 5 f .. 20 f.
+    /// Default cut-off of a sine (amplitude a, frequency f, noise sigma, sample time h): f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h),
+    /// limited to 5 f .. 20 f.
     #[test]
     fn noise_of_the_encoders_lowers_the_cutoff() {
         let (n, period) = (20_000, 1e-3);

@@ -176,8 +176,8 @@ impl Pass {
     }
 }
 
-/// Highest cut-off for reversals of a velocity that is differentiated from positions, as a share of the sampling rate. The noise
-/// of a difference grows with the power 3/2 of the cut-off. Above this share the steps of an encoder change the sign many times.
+/// If the velocity is differentiated, its sign is taken after a low-pass with a default cut-off f of at most this share of the
+/// sampling rate (or the torques' cut-off, if higher). Noise grows with f^(3/2): above, encoder steps change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
 /// If the cut-off for reversals is above this share of the sampling rate, the velocity is not filtered.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;

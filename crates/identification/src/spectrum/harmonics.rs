@@ -256,7 +256,7 @@ impl JointSpectrum {
 /// For x below this the factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
-/// The one or two rows of a Fourier coefficient c: real and imaginary part; at zero frequency the real part over sqrt 2.
+/// The one or two rows of a Fourier coefficient c: real and imaginary part; at zero frequency the real part divided by sqrt 2.
 fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
     let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
     std::iter::once(first).chain(second)

@@ -34,7 +34,8 @@ const INTERVAL_SIGMAS: f64 = 1.96;
 /// Numbers of a plot are rounded to multiples of 1 / this, finer than any screen.
 const PLOT_ROUNDING: f64 = 1e4;
 
-/// Measured and predicted torques of one joint in one motion, N m (N), over time, s. `friction`: columns of equation (5).
+/// Measured and predicted torques of one joint in one motion, N m (N), over time, s. `friction`: columns of asymmetric
+/// viscous and Coulomb friction.
 struct Compared {
     t: Vec<f64>,
     tau: Vec<f64>,

@@ -30,7 +30,8 @@ pub struct FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// The law of equation (5): Fv1, Fs1 for positive velocity; Fv2, Fs2 (negative) for negative velocity.
+    /// The law of equation (5) of [Vandanjon, Gautier, Desbats 1995]: Fv1, Fs1 for positive velocity; Fv2, Fs2 (negative) for
+    /// negative velocity.
     pub const fn asymmetric(fv1: f64, fs1: f64, fv2: f64, fs2: f64) -> FrictionLaw {
         FrictionLaw {
             viscous_positive: fv1,

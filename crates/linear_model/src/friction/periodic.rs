@@ -33,7 +33,7 @@ pub struct FrictionShape {
 }
 
 impl FrictionShape {
-    /// Only the columns of equation (5).
+    /// Only the columns v+, s+, v-, s- (equation (5) of [Vandanjon, Gautier, Desbats 1995]).
     pub const ASYMMETRIC: FrictionShape = FrictionShape { rest_velocity: 0.005, load: false, stribeck: None };
 
     /// Number of columns.

@@ -1,7 +1,8 @@
 //! A data set of LeRobot: a folder with `meta/info.json` and the episodes as Parquet files in `data`.
 //!
 //! The files are read in the order of their names and concatenated; `episode_index` separates them again. The names of the motors
-//! are in `meta/info.json` and are noted, with their columns.
+//! are in `meta/info.json` and are noted, with their columns. The units of columns are those of the header, else SI
+//! (columns/finder.rs); `rist columns` guesses them from values (columns/proposal.rs).
 
 use std::path::{Path, PathBuf};
 

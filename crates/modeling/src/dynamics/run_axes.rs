@@ -187,7 +187,8 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First the own bodies in the links' own axes, then the sums in the axes of the run.
+    // First each link's own body, in its own axes. Then, from the tips to the base, the composite bodies, in the axes of the run
+    // (consecutive links on parallel axes).
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

@@ -106,7 +106,7 @@ pub enum NotClosed {
     },
     /// The coordinates do not determine the passive coordinates here.
     Singular {
-        /// Smallest over largest singular value of J_p: zero in a singular configuration, one far from any.
+        /// Smallest singular value of J_p, divided by the largest: zero in a singular configuration, one far from any.
         ratio: f64,
     },
 }
@@ -280,7 +280,7 @@ impl Closure {
         Some(step)
     }
 
-    /// Smallest over largest singular value of J_p: the minimum over its blocks.
+    /// Smallest singular value of J_p, divided by the largest: the minimum over its blocks.
     fn ratio(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> f64 {
         if !is_finite(e, j) {
             return 0.0;

@@ -1,4 +1,4 @@
-//! What it takes to read a description, beside the URDF of the same robot: printed, never asserted.
+//! Time to read a description, and time to read the URDF of the same robot. Both are printed; no test asserts them.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,7 +1,8 @@
 //! A node of the branch and bound over plans, and its evaluation.
 //!
-//! The relaxed design of a node gives an upper bound. The tangent at this design restricts the numbers of runs of some
-//! candidates; then the node is split at one of the other candidates.
+//! The relaxed design of a node gives an upper bound. Its tangent (or that of an earlier node, if its bound is lower) excludes
+//! numbers of runs that cannot beat the best plan known. The node is then split at a candidate whose number of runs can still
+//! vary, fractional ones first.
 
 use std::cmp::Ordering;
 use std::sync::Arc;

@@ -3,8 +3,9 @@
 //!
 //! The residual e = hypot(N, N m / ARM_M) is compared with the variation in the log and with the noise of its signals. For
 //! motions the noise follows from third differences of the signals. For postures it follows without the poses, because forces lie
-//! on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e is larger than the noise, each of the
-//! [`Corrections`] is tried.
+//! on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e exceeds 3 % of the variation
+//! (`SMALL_SHARE`), each of the usual [`Corrections`] is tried, and the best one is named if it divides e by `NOISE_RATIO`. The
+//! noise decides only how a residual is judged that none of them explains.
 //!
 //! Not here: a common scale of all signals; a log shows it only if the mass is too large for a wrist.
 

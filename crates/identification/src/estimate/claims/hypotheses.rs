@@ -53,7 +53,8 @@ pub struct HypothesisTest {
     pub power: f64,
     /// Relative errors of cross-validation (without, with) the hypothesis; `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of the coordinate of the hypothesis, over the norm of all; 1 if it has no coordinate.
+    /// Norm of the weighted torque of the hypothesis's coordinate, divided by the norm of all weighted torques; 1 if it has no
+    /// coordinate.
     pub torque_share: f64,
     /// Change of the parameters when the hypothesis is fitted too; empty if it is not identifiable.
     pub effect: Vec<f64>,
@@ -81,7 +82,7 @@ impl HypothesisTest {
             && self.held_out.is_some_and(is_worth_naming)
     }
 
-    /// Error of cross-validation with the fault over the error without it; `None` if the fault is not found.
+    /// Error of cross-validation with the fault, divided by the error without it; `None` if the fault is not found.
     pub fn gain(&self) -> Option<f64> {
         self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
     }

@@ -1,10 +1,9 @@
 //! Diagnosis: derives the findings from the numbers of a log check. The checks have a fixed order, each with its thresholds.
 //!
 //! Checks that need no inertials come first: dead and saturated torques, a log that is too short, velocities that are not
-//! the derivatives of the positions, and negative friction. If the description has inertials, the slopes (measured over
-//! nominal torque, by regression) then reveal faults of all torques (unit, currents, signs), of one or two joints, of
-//! gravity (`search`), and of the clock. If the torques disagree and no fault explains it, the log is attributed to another
-//! robot.
+//! the derivatives of the positions, and negative friction. If the description has inertials, the slopes (regression of
+//! measured on nominal torque) then reveal faults of all torques (unit, currents, signs), of one or two joints, of gravity
+//! (`search`), and of the clock. If the torques disagree and no fault explains it, the log is attributed to another robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;

@@ -51,14 +51,13 @@ impl<'a> Trials<'a> {
         self.description.torques(self.states, self.rows, changes)
     }
 
-    /// Partial regression of each joint's measured torque on its nominal torque after these changes, with the own columns
-    /// projected out.
+    /// Partial regression of each joint's measured torque on its nominal torque after these changes. Offset, friction and rotor
+    /// of the joint are projected out of both.
     pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.nominal_torques(changes), changes)
     }
 
-    /// Partial regression of each joint's measured torque on the nominal torques `described`, with the own columns projected
-    /// out.
+    /// The same as `partials`, with the nominal torques given: `described`, N m (N), sample by sample, after the changes.
     pub(super) fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &InvariantPart)| {

@@ -145,9 +145,9 @@ impl HarmonicData<'_> {
 
     /// The joints with ripple, each with its number of periods per turn.
     ///
-    /// Ripple is searched with the friction of equation (5) only, because drift and load are correlated with it. First the joint
-    /// and the number of periods that explain most are taken, and so on. Then each joint is searched again, with the ripple of
-    /// the other joints included.
+    /// Ripple is searched with asymmetric viscous and Coulomb friction only, because drift and load are correlated with it. First
+    /// the joint and the number of periods that explain most are taken, and so on. Then each joint is searched again, with the
+    /// ripple of the other joints included.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };

@@ -13,7 +13,7 @@ use crate::spectrum::rist_mh::effects::Effect;
 pub struct HarmonicOptions {
     /// The frequency band of the equations and of the motion.
     pub band: Band,
-    /// Candidates for the velocity over which the sign of friction changes, rad/s. BIC selects one.
+    /// Candidates for the velocity range within which friction changes its sign, rad/s. BIC selects one.
     pub rest_velocities: Vec<f64>,
     /// Candidates for the Stribeck velocity, rad/s. BIC selects one, or no Stribeck term.
     pub stribeck_velocities: Vec<f64>,
@@ -61,7 +61,7 @@ impl HarmonicOptions {
         self
     }
 
-    /// The simplest options: friction of equation (5) only, no drift, and weights from the torque noise.
+    /// The simplest options: only asymmetric viscous and Coulomb friction, no drift, and weights from the torque noise.
     pub fn plain() -> HarmonicOptions {
         HarmonicOptions {
             rest_velocities: vec![0.005],

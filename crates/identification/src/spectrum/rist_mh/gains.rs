@@ -3,8 +3,8 @@
 //!
 //! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. From these rows,
 //! friction, drift and ends are eliminated, and the remaining equations give new gains. The initial gains are found with
-//! friction of equation (5). The iteration ends if the choice of friction is unchanged and no gain changes by more than a
-//! hundredth of its standard deviation, which is below the printed digits.
+//! asymmetric viscous and Coulomb friction. The iteration ends if the choice of friction is unchanged and no gain changes by more
+//! than a hundredth of its standard deviation, which is below the printed digits.
 //!
 //! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: gain, I: current. Except for u, its
 //! right-hand side is proportional to k: with D and t times k it is the row in currents for `estimators::drive_gains`.
@@ -27,7 +27,7 @@ pub struct HarmonicGains {
     pub equations: Vec<JointEquations>,
     /// The estimate that gives the friction of these equations, made with the gains of the previous round. After convergence no
     /// gain has changed by more than a hundredth of its standard deviation. `None` if the gains are not determined or not
-    /// positive; the friction is then that of equation (5).
+    /// positive; friction is then asymmetric viscous and Coulomb friction.
     pub friction: Option<HarmonicEstimate>,
     /// Number of rounds of the iteration. `None` if it did not converge.
     pub rounds: Option<usize>,
@@ -44,7 +44,7 @@ impl HarmonicData<'_> {
     ///
     /// Fails if [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
-        // The initial gains are found with friction of equation (5) in every joint, and no drift.
+        // The initial gains are found with asymmetric viscous and Coulomb friction in every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = IterationState::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self);

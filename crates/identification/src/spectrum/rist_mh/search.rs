@@ -1,8 +1,8 @@
-//! RIST-MH: identification from the experiments of the paper, with all harmonics, real and imaginary part, and friction as
-//! nuisance.
+//! RIST-MH: identification from the experiments of [Vandanjon, Gautier, Desbats 1995], "the paper", with all harmonics, real and
+//! imaginary part, and friction as nuisance.
 //!
-//! Weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The unknowns are X
-//! and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
+//! Weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The unknowns are the
+//! base parameters X and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
@@ -14,8 +14,9 @@
 //! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
 //! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance.
 //!
-//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The orthogonality of the paper is not
-//! needed here: friction is in the model, and its many harmonics distinguish it from other torques.
+//! BIC chooses the friction columns: asymmetric viscous and Coulomb friction alone (equation (5) of the paper), or with load and
+//! Stribeck terms. The orthogonality of the paper is not needed here: friction is in the model, and its many harmonics
+//! distinguish it from other torques.
 
 use linear_model::friction::periodic::FrictionShape;
 use linear_model::regressor::Regressor;
@@ -127,8 +128,8 @@ impl<'a> HarmonicData<'a> {
 
     /// The estimate with the best shape of friction. `None` without equations.
     ///
-    /// The rest velocity is chosen with equation (5), then load and Stribeck terms, then the rest velocity again if there are
-    /// such terms.
+    /// The rest velocity is chosen with asymmetric viscous and Coulomb friction, then load and Stribeck terms are chosen, then
+    /// the rest velocity again if there are such terms.
     ///
     /// Afterwards the data contain the columns of the effects, and the motion of links behind springs and gaps. With the first
     /// choice of friction, the sizes of springs and gaps are iterated to convergence. Then friction is chosen again, and the

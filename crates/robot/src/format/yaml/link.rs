@@ -17,7 +17,7 @@ const LINK_KEYS: [&str; 10] = [
     "antecedent",
     "joint",
     "drive",
-    // In messages, the keys of the placement are listed before the following keys.
+    // Messages list the five keys above, then the keys of the placement (`placement_keys`), then the keys below.
     "start",
     "rotor_inertia",
     "friction",
