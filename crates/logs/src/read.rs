@@ -166,6 +166,7 @@ impl Table {
         }
         match content {
             FileFormat::Numpy => crate::formats::npz::read(file, bytes, budget),
+            FileFormat::Json => crate::formats::json::read(file, bytes, budget),
             #[cfg(feature = "parquet")]
             FileFormat::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
             FileFormat::Mcap => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),

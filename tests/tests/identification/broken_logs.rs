@@ -285,6 +285,9 @@ fn mutilated_containers_do_not_panic() {
     for other in ["pyarrow.parquet", "polars.parquet", "pyarrow_brotli.parquet", "pyarrow_lz4.parquet"] {
         wholes.push(std::fs::read(crate::log_formats::foreign().join(other)).unwrap());
     }
+    let row = |i: usize| format!("{{\"t\": {}, \"q\": [{i}, 2.5e-1], \"s\": {{\"tau\": -{i}}}}}", 0.01 * i as f64);
+    let rows: Vec<String> = (0..60).map(row).collect();
+    wholes.extend([rows.join("\n"), format!("[{}]", rows.join(",\n"))].map(String::into_bytes));
     for whole in wholes {
         assert!(Table::from_bytes("log", &whole).is_ok());
         let mut refused = 0;

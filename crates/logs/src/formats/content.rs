@@ -1,5 +1,6 @@
 //! The kind of a file by its first bytes, and the messages for kinds that are not read.
 
+use crate::formats::json;
 use crate::formats::registered::{self, LogReader};
 
 /// The kind of a file.
@@ -12,6 +13,7 @@ pub(crate) enum FileFormat {
     /// A zstd stream of any other kind.
     Zstd,
     Numpy,
+    Json,
     Parquet,
     Mcap,
     /// The format at this index of the formats that other packages read.
@@ -78,9 +80,10 @@ impl FileFormat {
     /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or the whole file.
     pub(crate) fn of(head: &[u8]) -> FileFormat {
         let core = FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1);
+        let json = || json::HEADS.iter().any(|begin| head.starts_with(begin)).then_some(Json);
         let registered = || registered::of_head(head).map(Registered);
         let foreign = || FOREIGN_FORMATS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| Foreign(kind.1));
-        core.or_else(registered).or_else(foreign).unwrap_or(Text)
+        core.or_else(json).or_else(registered).or_else(foreign).unwrap_or(Text)
     }
 
     /// The reader of such a file, where another package has one.

@@ -6,6 +6,7 @@ pub(crate) mod cells;
 pub(crate) mod compression;
 pub(crate) mod content;
 pub(crate) mod delimited;
+pub(crate) mod json;
 pub(crate) mod lerobot;
 pub(crate) mod message;
 pub(crate) mod npz;

@@ -77,7 +77,7 @@ pub fn register(formats: Vec<LogFormat>) {
 }
 
 /// Formats of this package, in the order of use. Parquet is a feature, which LeRobot needs too.
-const CORE_FORMATS: [&str; 6] = ["CSV", ".npz", "MCAP", "rosbag2 directories", "Parquet", "LeRobot"];
+const CORE_FORMATS: [&str; 7] = ["CSV", ".npz", "JSON", "MCAP", "rosbag2 directories", "Parquet", "LeRobot"];
 
 /// The names of all formats that this program reads, each once.
 pub fn format_names() -> Vec<&'static str> {
