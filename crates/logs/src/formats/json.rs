@@ -137,7 +137,11 @@ impl Rows<'_> {
         self.columns.iter_mut().for_each(|column| column.resize(self.count, f64::NAN));
         let Rows { mut header, columns, texts, .. } = self;
         if header.is_empty() {
-            return Err(Error::at(file, 0, "no row holds a number; objects such as {\"t\": 0, \"q\": [1, 2]} are expected"));
+            return Err(Error::at(
+                file,
+                0,
+                "no row holds a number; objects such as {\"t\": 0, \"q\": [1, 2]} are expected",
+            ));
         }
         check_header(file, 0, &mut header)?;
         Ok(Table { file: file.into(), header, columns, texts, lines, ..Table::default() })
@@ -245,7 +249,10 @@ mod tests {
         for text in [columns, rows, lines] {
             let found = table(text).unwrap();
             let column = |name: &str| &found.columns[found.header.iter().position(|h| h == name).unwrap()];
-            assert_eq!((column("t"), column("q_1"), column("q_2")), (&vec![0.0, 0.1], &vec![1.0, 3.0], &vec![2.0, 4.0]));
+            assert_eq!(
+                (column("t"), column("q_1"), column("q_2")),
+                (&vec![0.0, 0.1], &vec![1.0, 3.0], &vec![2.0, 4.0])
+            );
             assert!(column("state.tau")[0] == 5.0 && column("state.tau")[1].is_nan(), "{text}");
         }
         let found = table(lines).unwrap();
