@@ -108,7 +108,12 @@ enum RateArgument<'py> {
 }
 
 impl<'py> RateArgument<'py> {
-    fn new(name: &str, given: Option<&Bound<'py, PyAny>>, q: &RowMajor<'py>, needed: bool) -> PyResult<RateArgument<'py>> {
+    fn new(
+        name: &str,
+        given: Option<&Bound<'py, PyAny>>,
+        q: &RowMajor<'py>,
+        needed: bool,
+    ) -> PyResult<RateArgument<'py>> {
         let Some(given) = given.filter(|x| !x.is_none()) else {
             return Ok(RateArgument::Zero(if needed { vec![0.0; q.numbers()?.len()] } else { Vec::new() }));
         };

@@ -50,7 +50,8 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<FrameColumn>> {
     if schema.format() != "+s" {
         return Err(error("a table with columns is expected, not a single column"));
     }
-    let (mut columns, kinds): (Vec<FrameColumn>, Vec<Option<DataType>>) = schema.children().map(FrameColumn::of).unzip();
+    let (mut columns, kinds): (Vec<FrameColumn>, Vec<Option<DataType>>) =
+        schema.children().map(FrameColumn::of).unzip();
     let mut origins = vec![None; columns.len()];
     loop {
         let (mut batch, get_next) = (FFI_ArrowArray::empty(), stream.get_next());

@@ -17,7 +17,7 @@ use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
 use crate::error::{OrError, error, for_python, renamed};
 use crate::estimate::Estimate;
-use crate::evaluate::{OptionalArgument, Array, Evaluations, by_keyword, evaluate, of_link};
+use crate::evaluate::{Array, Evaluations, OptionalArgument, by_keyword, evaluate, of_link};
 use crate::html;
 use crate::work::alone;
 
@@ -293,7 +293,13 @@ impl Model {
     ///
     /// parameters: p base or p_s standard ones, or an Estimate; without them those of the description.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
-    fn torque(&self, q: &Array, dq: OptionalArgument, ddq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
+    fn torque(
+        &self,
+        q: &Array,
+        dq: OptionalArgument,
+        ddq: OptionalArgument,
+        parameters: OptionalArgument,
+    ) -> PyResult<Py<PyAny>> {
         self.one("inverse-dynamics", [Some(q), dq, ddq], parameters, &[])
     }
 
@@ -324,7 +330,13 @@ impl Model {
 
     /// The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`.
     #[pyo3(signature = (q, dq, tau, parameters=None))]
-    fn forward_dynamics(&self, q: &Array, dq: OptionalArgument, tau: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
+    fn forward_dynamics(
+        &self,
+        q: &Array,
+        dq: OptionalArgument,
+        tau: &Array,
+        parameters: OptionalArgument,
+    ) -> PyResult<Py<PyAny>> {
         self.one("forward-dynamics", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 

@@ -175,7 +175,11 @@ enum ProofOrigin<'a> {
 
 impl ExcitingMotion {
     /// The page of the motion and its charts; complete only with a model.
-    fn page_with(&self, date: Option<&str>, shown: ProofOrigin<'_>) -> Result<(String, Vec<(String, String)>), rist::Error> {
+    fn page_with(
+        &self,
+        date: Option<&str>,
+        shown: ProofOrigin<'_>,
+    ) -> Result<(String, Vec<(String, String)>), rist::Error> {
         let (artefact, file) = (&self.inner, Path::new("motion"));
         let (model, plot_data) = match shown {
             ProofOrigin::Found(model) => (Some(model), found_motion(model, artefact)?),

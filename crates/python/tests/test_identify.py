@@ -208,7 +208,6 @@ def test_every_class_is_pickled(ur5, log, csv, estimate):
     assert type(error) is rist.Error and str(error) == "where and what"
 
 
-@pytest.mark.parametrize("library", ["pyarrow", "polars", "pandas"])
 def test_former_names_warn(ur5, log):
     with pytest.warns(DeprecationWarning, match="LogCheck"):
         assert rist.Passport is rist.LogCheck
@@ -221,6 +220,7 @@ def test_former_names_warn(ur5, log):
         rist.no_such_name
 
 
+@pytest.mark.parametrize("library", ["pyarrow", "polars", "pandas"])
 def test_the_table_is_an_arrow_stream(ur5, log, library):
     """Rows of a standstill leave inertias open: they are nulls."""
     module = pytest.importorskip(library, reason=f"{library} is not installed")

@@ -120,8 +120,10 @@ impl Columns {
             // A column that is read in any case.
             time.column = position.first().map_or(0, |source| source.column);
         }
-        let velocity = quantity(Velocity, &names.velocity)?;
-        let acceleration = quantity(Acceleration, &names.acceleration)?;
+        // A column that the user names as a position is no rate by its name: `A1`.
+        let is_apart = |found: &Vec<ColumnSource>| found.iter().all(|s| position.iter().all(|p| p.column != s.column));
+        let velocity = quantity(Velocity, &names.velocity)?.filter(is_apart);
+        let acceleration = quantity(Acceleration, &names.acceleration)?.filter(is_apart);
         let (efforts, effort_is) = efforts(&finder, names, &undriven, needed)?;
         let none = |position: &ColumnSource| ColumnSource {
             header: NO_COLUMN.into(),

@@ -590,6 +590,19 @@ mod tests {
         assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
     }
 
+    /// `A1` would be an acceleration by its name: a column is one signal.
+    #[test]
+    fn names_of_joints_alone_are_positions_and_nothing_else() {
+        let proposal = propose(&table("t,A1,A2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
+        assert_eq!(
+            (proposal.columns[1].key, proposal.columns[1].value.as_str()),
+            ("position", "\"A{}\""),
+            "{proposal}"
+        );
+        let mapping = proposal.mapping.unwrap();
+        assert!(mapping.acceleration.is_none() && mapping.velocity.is_some(), "{mapping}");
+    }
+
     #[test]
     fn words_and_numbers_make_a_proposal_that_is_read() {
         let trace = "Takt,A1 Ist,A2 Ist,A1 Geschwindigkeit,A2 Geschwindigkeit,A1 Moment,A2 Moment";
