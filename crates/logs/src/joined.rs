@@ -8,7 +8,7 @@ use std::path::Path;
 
 use crate::Error;
 use crate::columns::words::{Quantity, readings};
-use crate::table::{Lines, Table};
+use crate::table::{Lines, Table, check_header};
 
 /// Separates the files of a log.
 const SEPARATOR: char = '+';
@@ -38,7 +38,15 @@ pub(crate) fn read(path: &Path, files: &[&Path]) -> Result<Table, Error> {
 }
 
 fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table, Error> {
-    let clocks: Vec<Option<usize>> = tables.iter().map(clock).collect();
+    let found: Vec<Option<(usize, f64)>> = tables.iter().map(clock).collect();
+    let mut units = found.iter().zip(names).filter_map(|(clock, name)| Some((clock.as_ref()?.1, name)));
+    if let Some((unit, first)) = units.next()
+        && let Some((_, other)) = units.find(|(other, _)| *other != unit)
+    {
+        let message = format!("the clocks of {first} and {other} are in different units: write both in s");
+        return Err(Error::at(file, 0, message));
+    }
+    let clocks: Vec<Option<usize>> = found.into_iter().map(|clock| clock.map(|(column, _)| column)).collect();
     let are_as_long = tables.iter().all(|table| table.rows() == tables[0].rows());
     let mut notes: Vec<String> = tables.iter().flat_map(|table| table.notes.clone()).collect();
     let mut range = 0..tables[0].rows();
@@ -78,14 +86,16 @@ fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table,
             all.texts.push(text);
         }
     }
+    // Files of one name in two folders.
+    check_header(file, 0, &mut all.header)?;
     all.lines = if range.len() == lines.len() { lines } else { Lines::default() };
     Ok(all)
 }
 
-/// The column of the clock by its name.
-fn clock(table: &Table) -> Option<usize> {
+/// The column of the clock by its name, and its unit in s.
+fn clock(table: &Table) -> Option<(usize, f64)> {
     let all = readings(table, &[]).unwrap_or_default();
-    all.iter().find(|reading| reading.quantity == Quantity::Time).map(|reading| reading.column)
+    all.iter().find(|reading| reading.quantity == Quantity::Time).map(|reading| (reading.column, reading.unit.1))
 }
 
 fn step(t: &[f64]) -> f64 {
@@ -112,12 +122,15 @@ fn by_time(
 ) -> Result<std::ops::Range<usize>, Error> {
     let t = tables[0].columns[clocks[0]].clone();
     let mut range = 0..t.len();
-    for (k, table) in tables.iter_mut().enumerate().skip(1) {
+    for (k, table) in tables.iter_mut().enumerate() {
         let own = table.columns[clocks[k]].clone();
         if let Some(row) = own.windows(2).position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater)) {
             let message =
                 format!("{}: its clock does not increase at row {}; files are joined by time", names[k], row + 2);
             return Err(Error::at(file, 0, message));
+        }
+        if k == 0 {
+            continue;
         }
         let (Some(begin), Some(end)) = (own.first(), own.last()) else {
             return Err(Error::at(file, 0, format!("{}: it has no rows", names[k])));
@@ -200,5 +213,19 @@ mod tests {
         assert!(apart.contains("do not overlap"), "{apart}");
         let back = join(&["t,q1\n0,1\n1,2\n", "t,tau1\n0,1\n0,2\n1,3\n"]).unwrap_err();
         assert!(back.contains("f1: its clock does not increase at row 2"), "{back}");
+        let back = join(&["t,q1\n0,1\n0,2\n1,3\n", "t,tau1\n0,1\n1,2\n"]).unwrap_err();
+        assert!(back.contains("f0: its clock does not increase at row 2"), "{back}");
+        for texts in [["t,q1\n0,1\n1,2\n", "t_ms,tau1\n0,1\n1000,2\n"], ["t,q1\n0,1\n1,2\n", "t_ms,tau1\n0,1\n1,2\n"]] {
+            let units = join(&texts).unwrap_err();
+            assert!(units.contains("the clocks of f0 and f1 are in different units"), "{units}");
+        }
+    }
+
+    /// Files of one name in two folders: no column is taken by chance.
+    #[test]
+    fn files_of_one_name_are_numbered() {
+        let tables = ["q1\n1\n3\n", "q1\n5\n7\n"].map(table).into();
+        let all = joined("all", tables, &["log".into(), "log".into()]).unwrap();
+        assert_eq!(all.header, ["log.q1 #1", "log.q1 #2"]);
     }
 }

@@ -302,13 +302,13 @@ impl SharedSearch<'_> {
                 let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
                 // Low weights hardly move a motion, so a torque far above its bound is brought back at a higher weight.
                 let height = if relief > LARGE_RELIEF { height.max(RETURN_HEIGHT) } else { height };
-                let walled = WithBarriers::new(watching.as_ref().unwrap_or(prepared), height, seen);
+                let barriers = WithBarriers::new(watching.as_ref().unwrap_or(prepared), height, seen);
                 let portion = match (is_pressed, relief > 1.0) {
                     (_, true) => left.min(ITERATIONS_PER_PEAK_SEARCH_BEYOND),
                     (true, false) => left.min(ITERATIONS_PER_PEAK_SEARCH),
                     (false, false) => left,
                 };
-                let Some(found) = descend(&walled, &x, portion, least) else { break };
+                let Some(found) = descend(&barriers, &x, portion, least) else { break };
                 x = found.x;
                 match relief > 1.0 && height >= RETURN_HEIGHT && returning > 0 {
                     true => returning -= 1,

@@ -217,8 +217,8 @@ mod tests {
             };
             let prepared = Prepared::new(&problem);
             let seen = Seen::default();
-            let walled = WithBarriers::new(&prepared, 0.01, &seen);
-            let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
+            let barriers = WithBarriers::new(&prepared, 0.01, &seen);
+            let (_, gradient) = barriers.value(&x, f64::INFINITY).unwrap();
             // Three threads share 50 instants as 24, 24 and 2; the gradient is bit for bit the same.
             let (shared, fresh) = (Prepared::new(&problem).with_threads(3), Seen::default());
             assert_eq!(WithBarriers::new(&shared, 0.01, &fresh).value(&x, f64::INFINITY).unwrap().1, gradient);
@@ -227,17 +227,17 @@ mod tests {
                 let moved = |h: f64| {
                     let mut x = x;
                     x[k] += h;
-                    walled.value(&x, f64::INFINITY).unwrap().0
+                    barriers.value(&x, f64::INFINITY).unwrap().0
                 };
                 let (found, slope) = (gradient[k], (moved(h) - moved(-h)) / (2.0 * h));
                 // Errors: rounding of central differences, 1e-16 over 1e-6; h^2 times the third derivative of the smooth sign.
                 let allowed = 1e-6 * (1.0 + slope.abs());
                 assert!((found - slope).abs() < allowed, "{aim:?} {shape:?} {k}: {found} {slope}");
             }
-            let (value, _) = walled.value(&x, f64::INFINITY).unwrap();
-            assert!(walled.value(&x, value + 1e-12).is_some() && walled.value(&x, value - 1e-9).is_none());
+            let (value, _) = barriers.value(&x, f64::INFINITY).unwrap();
+            assert!(barriers.value(&x, value + 1e-12).is_some() && barriers.value(&x, value - 1e-9).is_none());
             assert_eq!(prepared.scaled(&prepared.joints(&x)).len(), x.len());
-            assert!(walled.value(&[5.0; 7], f64::INFINITY).is_none());
+            assert!(barriers.value(&[5.0; 7], f64::INFINITY).is_none());
         }
     }
 }
