@@ -15,10 +15,11 @@ use gate::source::{RandomAccessFile, Source};
 
 use crate::Error;
 use crate::formats::content::{FileFormat, MAGIC_BYTES};
-use crate::formats::delimited::{TableReader, zstd};
+use crate::formats::delimited::{TableReader, unpacked, unreadable};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
 use crate::formats::registered::LogReader;
+use crate::formats::text_shapes::{self, HEAD_BYTES};
 use crate::joined;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
@@ -77,17 +78,21 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
             Err(pipe) => pipe,
         };
     }
+    if content.is_compressed() {
+        return of_compressed(file, content, Cursor::new(head).chain(source), again);
+    }
+    let mut head = head;
+    if content == FileFormat::Text {
+        head.extend(source.head(HEAD_BYTES - MAGIC_BYTES).map_err(failed)?);
+    }
+    let is_table = content == FileFormat::Text && text_shapes::reader(&head).is_none();
     // The head was consumed, so it is put back.
     let source = Cursor::new(head).chain(source);
-    if content == FileFormat::Zstd {
-        return of_zstd(file, source, again);
-    }
     if let Some(LogReader::Stream { of_source, .. }) = content.reader() {
         return Ok(Opened::Rows { reader: of_source(file, Box::new(source))?, again });
     }
-    if matches!(content, FileFormat::Text | FileFormat::Gzip) {
-        let reader = Box::new(TableReader::of_content(file, content, source)?);
-        return Ok(Opened::Rows { reader, again });
+    if is_table {
+        return Ok(Opened::Rows { reader: Box::new(TableReader::new(file, source)?), again });
     }
     let bytes = Source::of(source).whole(MAX_FILE_BYTES).map_err(failed)?;
     Table::from_bytes(file, &bytes).map(Opened::Whole)
@@ -106,19 +111,27 @@ fn indexed(file: &str, content: FileFormat, pieces: RandomAccessFile) -> Result<
 /// Copies of bytes that are decompressed as a whole: an array that grows by doubling, and the table read from it.
 const COPIES_OF_DECOMPRESSED_BYTES: usize = 4;
 
-/// Opens the content of a zstd stream: a text is read on demand.
-fn of_zstd<'a>(file: &str, source: impl Read + Send + 'a, again: bool) -> Result<Opened<'a>, Error> {
-    let failed = |e: std::io::Error| Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"));
-    let mut source = zstd(file, source)?;
+/// Opens the content of a gzip or zstd stream: a table of text is read on demand.
+fn of_compressed<'a>(
+    file: &str,
+    format: FileFormat,
+    source: impl Read + Send + 'a,
+    again: bool,
+) -> Result<Opened<'a>, Error> {
+    let failed = |e: std::io::Error| unreadable(file, 0, &e);
+    let mut source = unpacked(file, format, source)?;
     let mut head = Vec::new();
     source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
     let content = FileFormat::of(&head);
-    if content == FileFormat::Zstd {
-        return Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first"));
+    if content.is_compressed() {
+        return Err(Error::at(file, 0, "a compressed stream within a compressed stream; unpack it first"));
     }
     if content == FileFormat::Text {
-        let reader = Box::new(TableReader::unfolding(file, source.put_back(head))?);
-        return Ok(Opened::Rows { reader, again });
+        source.by_ref().take((HEAD_BYTES - MAGIC_BYTES) as u64).read_to_end(&mut head).map_err(failed)?;
+        if text_shapes::reader(&head).is_none() {
+            let reader = Box::new(TableReader::unfolding(file, source.put_back(head))?);
+            return Ok(Opened::Rows { reader, again });
+        }
     }
     let (packed, mut source) = (source.packed(), source.held(COPIES_OF_DECOMPRESSED_BYTES));
     source.by_ref().take(MAX_FILE_BYTES).read_to_end(&mut head).map_err(failed)?;
@@ -170,11 +183,19 @@ impl Table {
             #[cfg(feature = "parquet")]
             FileFormat::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
             FileFormat::Mcap => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
-            FileFormat::Zstd => match of_zstd(file, bytes, false)? {
+            FileFormat::Gzip | FileFormat::Zstd => match of_compressed(file, content, bytes, false)? {
                 Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
                 Opened::Whole(table) => Ok(table),
             },
-            _ => TableReader::of_content(file, content, bytes)?.rows(usize::MAX),
+            _ => Table::of_text(file, bytes, budget),
+        }
+    }
+
+    /// Reads a text, in a shape of its own or with a row per sample.
+    pub(crate) fn of_text(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+        match text_shapes::reader(&bytes[..bytes.len().min(HEAD_BYTES)]) {
+            Some(read) => read(file, bytes, budget),
+            None => TableReader::new(file, bytes)?.rows(usize::MAX),
         }
     }
 }

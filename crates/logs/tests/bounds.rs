@@ -58,8 +58,8 @@ fn split_values_cut_short() {
 }
 
 #[test]
-fn text_in_utf_16_is_named() {
-    assert!(refusal(b"\xff\xfet\0,\0").contains("UTF-16; save it as UTF-8"));
+fn damaged_utf_16_is_named() {
+    assert!(refusal(b"\xff\xfet\0\x00\xd8,\0").contains("damaged UTF-16; save it as UTF-8"));
 }
 
 #[test]

@@ -282,6 +282,12 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     out
 }
 
+/// Whether a header is that of a clock.
+pub(crate) fn is_clock(header: &str) -> bool {
+    let header = header.to_lowercase();
+    [parse(&header, &[]), parse(&unqualified(&header), &[])].concat().iter().any(|(quantity, ..)| *quantity == Time)
+}
+
 /// The header with the default unit, and the header without each unit that it ends in.
 fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     let mut out = vec![(header, units[0])];

@@ -1,7 +1,7 @@
 //! Named arrays as a table of columns: the arrays of a .npz, or arrays in the memory of a program.
 //!
-//! An array of shape (N,) is one column with its name, an array of shape (N, k) the columns name_1 .. name_k; N is the length of
-//! the longest of these. An array with more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or `dt`
+//! An array of shape (N,) is one column with its name, an array of shape (N, k) or (k, N) the columns name_1 .. name_k; N is the
+//! length of the longest of these. An array with more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or `dt`
 //! (s) gives the time. Names follow common tools: `times positions velocities accelerations torques`, `t q dq ddq tau`.
 
 use crate::Error;
@@ -48,6 +48,16 @@ impl Table {
                     for c in 0..k {
                         let column = array.values.iter().skip(c).step_by(k).copied().collect();
                         push(&mut table, format!("{key}_{}", c + 1), column);
+                    }
+                }
+                // As MATLAB and HDF5 store it: a row per signal.
+                [k, n] if n == rows && k > 0 => {
+                    if table.header.len() + k > MAX_COLUMNS {
+                        let shape = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({k}, {n})");
+                        return Err(Error::at(file, 0, shape));
+                    }
+                    for (c, column) in array.values.chunks_exact(n).enumerate() {
+                        push(&mut table, format!("{key}_{}", c + 1), column.to_vec());
                     }
                 }
                 [n] | [n, _] if n > 1 => table.notes.push(format!(
@@ -105,6 +115,9 @@ mod tests {
         let mut found = Table::from_arrays("arrays", arrays).unwrap();
         let text = Table::from_bytes("text", b"t,q_1,q_2\n0,1,2\n0.1,3,4\n0.2,5,6\n").unwrap();
         assert_eq!((&found.header, &found.columns), (&text.header, &text.columns));
+        let transposed = [("t", of(&[3], &[0.0, 0.1, 0.2])), ("q", of(&[2, 3], &[1.0, 3.0, 5.0, 2.0, 4.0, 6.0]))];
+        let transposed = transposed.map(|(name, array)| (name.to_string(), array)).into();
+        assert_eq!(Table::from_arrays("arrays", transposed).unwrap().columns, text.columns);
         found.add_text("note".into(), "a value of type utf8".into());
         assert_eq!((found.header.len(), found.columns.len(), found.texts.len()), (4, 4, 4));
         let named =

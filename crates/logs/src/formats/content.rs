@@ -35,8 +35,17 @@ const FILE_KINDS: [(&[u8], FileFormat); 7] = [
     (b"\x89MCAP0\r\n", Mcap),
 ];
 
+/// The command that writes all arrays of an HDF5 file as a .npz.
+macro_rules! from_hdf5 {
+    () => {
+        "`python -c \"import h5py, numpy; d = {}; h5py.File('IN').visititems(lambda k, x: d.update({k.replace('/', '_'): \
+         x[()].squeeze()}) if getattr(x, 'dtype', None) is not None and x.dtype.kind in 'fiu' else None); \
+         numpy.savez('OUT.npz', **d)\"`"
+    };
+}
+
 /// First bytes of files that are not read, with their description and a command that converts them.
-const FOREIGN_FORMATS: [(&[u8], &str); 8] = [
+const FOREIGN_FORMATS: [(&[u8], &str); 13] = [
     (b"#ROSBAG V", "a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`"),
     (
         b"FEA1",
@@ -45,26 +54,32 @@ const FOREIGN_FORMATS: [(&[u8], &str); 8] = [
     ),
     (
         b"MATLAB 7.3 MAT",
-        "a .mat of version 7.3 (HDF5), which is not read; save it as version 7 in MATLAB: `save('OUT.mat', '-v7')`",
+        concat!(
+            "a .mat of version 7.3 (HDF5), which is not read; save it as version 7 in MATLAB, `save('OUT.mat', '-v7')`, or write \
+             its arrays as .npz: ",
+            from_hdf5!()
+        ),
     ),
-    (
-        b"\x89HDF\r\n",
-        "an HDF5 file, which is not read; write its arrays as .npz: `python -c \"import h5py, numpy; f = \
-         h5py.File('IN'); numpy.savez('OUT.npz', **{k: f[k][:] for k in ('t', 'q', 'tau')})\"`",
-    ),
+    (b"\x89HDF\r\n", concat!("an HDF5 file, which is not read; write its arrays as .npz: ", from_hdf5!())),
     (
         b"TDSm",
         "a TDMS file of LabVIEW, which is not read; convert it: `python -c \"import nptdms; \
          nptdms.TdmsFile('IN').as_dataframe().to_csv('OUT.csv')\"`",
     ),
     (b"ULog\x01", "a ULog of PX4, which is not read; convert it: `ulog2csv IN.ulg`"),
-    (
-        b"\x80\x04\x95",
-        "a pickle of Python, which may run what it likes and is not read; write its arrays: `numpy.savez('OUT.npz', t=t, \
-         q=q, tau=tau)`",
-    ),
+    (b"\x80\x02", PICKLE),
+    (b"\x80\x03", PICKLE),
+    (b"\x80\x04\x95", PICKLE),
+    (b"\x80\x05\x95", PICKLE),
+    (b"(dp0\n", PICKLE),
+    (b"(lp0\n", PICKLE),
     (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),
 ];
+
+/// A pickle of a dictionary of arrays, or of a list of dictionaries.
+const PICKLE: &str = "a pickle of Python, which may run any code and is not read; if you trust it, write its arrays: `python -c \
+    \"import pickle, numpy; d = pickle.load(open('IN', 'rb')); d = d if isinstance(d, dict) else {k: [r[k] for r in d] for k \
+    in d[0]}; numpy.savez('OUT.npz', **d)\"`";
 
 /// The message where the feature that reads and writes Parquet is off.
 pub(crate) const NO_PARQUET: &str = "this program was built without the feature `parquet`; the programs and wheels of a \
@@ -77,6 +92,11 @@ const FROM_PARQUET: &str = "python -c \"import polars; polars.read_parquet('IN')
 pub(crate) const MAGIC_BYTES: usize = 16;
 
 impl FileFormat {
+    /// Whether the content is another format, compressed.
+    pub(crate) fn is_compressed(self) -> bool {
+        matches!(self, Gzip | Zstd)
+    }
+
     /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or the whole file.
     pub(crate) fn of(head: &[u8]) -> FileFormat {
         let core = FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1);

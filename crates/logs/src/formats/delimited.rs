@@ -69,25 +69,9 @@ pub(crate) struct TableReader<'a> {
 }
 
 /// The note on a text that begins with numbers.
-const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
+pub(super) const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
 
 impl<'a> TableReader<'a> {
-    /// Reads the header of a text, or of a text in a gzip stream.
-    pub(crate) fn of_content(
-        file: &str,
-        content: FileFormat,
-        source: impl Read + Send + 'a,
-    ) -> Result<TableReader<'a>, Error> {
-        match content {
-            FileFormat::Gzip => {
-                let gzip = |source| Ok(flate2::read::MultiGzDecoder::new(BufReader::new(source)));
-                TableReader::unfolding(file, Unfolding::new(source, gzip)?)
-            }
-            FileFormat::Zstd => TableReader::unfolding(file, zstd(file, source)?),
-            _ => TableReader::new(file, source),
-        }
-    }
-
     /// Reads the header of a compressed text.
     pub(crate) fn unfolding(file: &str, text: Unfolding<impl Read + Send + 'a>) -> Result<TableReader<'a>, Error> {
         let packed = Some(text.packed());
@@ -104,9 +88,6 @@ impl<'a> TableReader<'a> {
         }
         if head.is_empty() {
             return Err(Error::at(file, 0, "the file is empty; a header line and rows of numbers are expected"));
-        }
-        if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
-            return Err(Error::at(file, 0, "this text is in UTF-16; save it as UTF-8"));
         }
         if head.iter().take(BINARY_CHECK_BYTES).any(|&b| b == 0) {
             return Err(Error::at(file, 0, "this is a binary file; delimited text with a header line is expected"));
@@ -335,13 +316,21 @@ impl RowReader for TableReader<'_> {
 /// The decompressed content of a source.
 pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
 
-/// A zstd stream, decompressed while it is read.
-pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
+/// A gzip or zstd stream, decompressed while it is read.
+pub(crate) fn unpacked<'a>(
+    file: &str,
+    format: FileFormat,
+    source: impl Read + Send + 'a,
+) -> Result<Unpacked<'a>, Error> {
     let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
-        Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(BufReader::new(source))?))
+        let source = BufReader::new(source);
+        Ok(match format {
+            FileFormat::Zstd => Box::new(ruzstd::decoding::StreamingDecoder::new(source)?),
+            _ => Box::new(flate2::read::MultiGzDecoder::new(source)),
+        })
     });
     unpacked.map_err(|e: ruzstd::decoding::errors::FrameDecoderError| {
-        Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"))
+        Error::at(file, 0, format!("the compressed stream is damaged or cut short: {e}"))
     })
 }
 
@@ -354,11 +343,12 @@ fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
     cells.iter().map(quoted).collect::<Vec<_>>().join(&delimiter)
 }
 
-fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
+/// The error of a stream, by its kind.
+pub(crate) fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     match e.kind() {
         // The kinds of error that a decoder reports for damaged input.
         ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => {
-            Error::at(file, line, format!("the gzip stream is damaged or cut short: {e}"))
+            Error::at(file, line, format!("the compressed stream is damaged or cut short: {e}"))
         }
         _ => Error::at(file, line, format!("cannot be read: {e}")),
     }
@@ -380,7 +370,8 @@ fn split(line: &str, delimiter: Option<u8>) -> Vec<String> {
     words.into_iter().map(|w| w.trim().to_string()).collect()
 }
 
-fn delimiter(line: &[u8]) -> Option<u8> {
+/// The delimiter of a header.
+pub(super) fn delimiter(line: &[u8]) -> Option<u8> {
     [b',', b';', b'\t'].into_iter().find(|d| line.contains(d))
 }
 

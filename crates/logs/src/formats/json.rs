@@ -6,10 +6,8 @@
 //! | `[{"t": 0, "q": [1, 2]}, ..]` | a row per object |
 //! | `{"t": 0, "q": [1, 2]}` on each line | a row per line |
 //!
-//! Of a row, a number is a column with the name of its key, an array the columns key_1 .. key_k, and an object the columns
-//! key.name. A key that a row lacks, and null, are missing numbers.
+//! `records` names the columns of a row. A null is a missing number.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use gate::budget::Budget;
@@ -18,12 +16,14 @@ use serde_json::Value;
 
 use crate::Error;
 use crate::formats::arrays::Array;
-use crate::table::{Lines, MAX_COLUMNS, Table, check_header};
+use crate::formats::records::{Records, named};
+use crate::table::Table;
 
-/// Longest name of a column, bytes.
-const MAX_NAME_BYTES: usize = 256;
 /// Memory of a parsed value per byte of its text, at most: `1,` becomes one value.
 const VALUE_BYTES_PER_BYTE: usize = size_of::<Value>() / 2;
+
+/// An example of a row.
+const EXPECTED: &str = "an object such as {\"t\": 0, \"q\": [1, 2]} in each row";
 
 /// First bytes of such a file.
 pub(crate) const HEADS: [&[u8]; 6] = [b"{", b"[{", b"[ {", b"[\n{", b"[\n ", b"[\r\n"];
@@ -33,12 +33,11 @@ pub(crate) const HEADS: [&[u8]; 6] = [b"{", b"[{", b"[ {", b"[\n{", b"[\n ", b"[
 /// Fails where it is no JSON, or holds no rows of numbers.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let broken = |e: serde_json::Error| Error::at(file, e.line(), format!("this is no JSON: {e}"));
-    let mut rows = Rows { budget, places: BTreeMap::new(), header: vec![], columns: vec![], texts: vec![], count: 0 };
-    let mut lines = Lines::default();
+    let mut rows = Records::new(budget);
     if bytes.starts_with(b"[") {
         let mut reader = serde_json::Deserializer::from_slice(bytes);
         (&mut reader).deserialize_seq(&mut rows).and_then(|()| reader.end()).map_err(broken)?;
-        return rows.into_table(file, lines);
+        return rows.into_table(file, EXPECTED);
     }
     let all = bytes.split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.trim_ascii().is_empty());
     // Of an object of arrays the first line is no object, or the only one.
@@ -54,10 +53,9 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         let mut reader = serde_json::Deserializer::from_slice(line);
         let outcome = Place { rows: &mut rows, name: String::new() }.deserialize(&mut reader);
         outcome.and_then(|()| reader.end()).map_err(|e| Error::at(file, k + 1, format!("this is no JSON: {e}")))?;
-        rows.count += 1;
-        lines.push(k + 1);
+        rows.end_row(k + 1).map_err(|e| Error::at(file, k + 1, e))?;
     }
-    rows.into_table(file, lines)
+    rows.into_table(file, EXPECTED)
 }
 
 /// The arrays of numbers in a value, with their names.
@@ -87,69 +85,8 @@ fn arrays(name: String, value: &Value, found: &mut Vec<(String, Array)>) {
     }
 }
 
-/// Rows that were read.
-struct Rows<'a> {
-    budget: &'a mut Budget,
-    places: BTreeMap<String, usize>,
-    header: Vec<String>,
-    /// A column ends with its last number.
-    columns: Vec<Vec<f64>>,
-    texts: Vec<Option<(usize, String)>>,
-    count: usize,
-}
-
-impl Rows<'_> {
-    /// The column of a name.
-    fn column(&mut self, name: &str) -> Result<usize, String> {
-        if let Some(place) = self.places.get(name) {
-            return Ok(*place);
-        }
-        if self.header.len() == MAX_COLUMNS {
-            return Err(format!("more than {MAX_COLUMNS} columns"));
-        }
-        self.places.insert(name.into(), self.header.len());
-        self.header.push(name.into());
-        self.columns.push(Vec::new());
-        self.texts.push(None);
-        Ok(self.header.len() - 1)
-    }
-
-    fn set(&mut self, name: &str, x: f64) -> Result<(), String> {
-        let (place, row) = (self.column(name)?, self.count);
-        let missing = (row + 1).saturating_sub(self.columns[place].len());
-        self.budget.draw(missing.saturating_mul(size_of::<f64>()))?;
-        let column = &mut self.columns[place];
-        column.resize(column.len().max(row + 1), f64::NAN);
-        column[row] = x;
-        Ok(())
-    }
-
-    fn set_text(&mut self, name: &str, text: &str) -> Result<(), String> {
-        let (place, row) = (self.column(name)?, self.count);
-        let shown: String = text.chars().take(MAX_NAME_BYTES).collect();
-        self.texts[place].get_or_insert((row + 1, shown));
-        Ok(())
-    }
-
-    fn into_table(mut self, file: &str, lines: Lines) -> Result<Table, Error> {
-        let missing = self.columns.iter().map(|column| self.count - column.len().min(self.count)).sum::<usize>();
-        self.budget.draw(missing.saturating_mul(size_of::<f64>())).map_err(|e| Error::at(file, 0, e))?;
-        self.columns.iter_mut().for_each(|column| column.resize(self.count, f64::NAN));
-        let Rows { mut header, columns, texts, .. } = self;
-        if header.is_empty() {
-            return Err(Error::at(
-                file,
-                0,
-                "no row holds a number; objects such as {\"t\": 0, \"q\": [1, 2]} are expected",
-            ));
-        }
-        check_header(file, 0, &mut header)?;
-        Ok(Table { file: file.into(), header, columns, texts, lines, ..Table::default() })
-    }
-}
-
 /// The elements of an array at the top are rows.
-impl<'de> Visitor<'de> for &mut Rows<'_> {
+impl<'de> Visitor<'de> for &mut Records<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -158,16 +95,16 @@ impl<'de> Visitor<'de> for &mut Rows<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut members: A) -> Result<(), A::Error> {
         while members.next_element_seed(Place { rows: self, name: String::new() })?.is_some() {
-            self.count += 1;
+            self.end_row(0).map_err(A::Error::custom)?;
         }
         Ok(())
     }
 }
 
 /// A value of a row, with the name that leads to it.
-struct Place<'a, 'b> {
-    rows: &'a mut Rows<'b>,
-    name: String,
+pub(super) struct Place<'a, 'b> {
+    pub rows: &'a mut Records<'b>,
+    pub name: String,
 }
 
 impl<'de> DeserializeSeed<'de> for Place<'_, '_> {
@@ -225,12 +162,6 @@ impl<'de> Visitor<'de> for Place<'_, '_> {
         }
         Ok(())
     }
-}
-
-/// A name below another.
-fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
-    let all = if above.is_empty() { name.to_string() } else { format!("{above}{separator}{name}") };
-    (all.len() <= MAX_NAME_BYTES).then_some(all).ok_or(format!("a name is longer than {MAX_NAME_BYTES} bytes"))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use gate::budget::Budget;
 
 use crate::Error;
 use crate::formats::arrays::Array;
+use crate::formats::delimited::NO_HEADER;
 use crate::table::{MAX_CELLS, Table};
 
 /// Greatest size of all arrays, decompressed, bytes.
@@ -22,11 +23,11 @@ const BYTES_PER_BLOCK: usize = 1 << 16;
 /// Greatest size of the head of an array, bytes. NumPy writes some hundred.
 const MAX_HEAD_BYTES: usize = 1 << 16;
 
-/// Reads the arrays of a file within a budget; a single .npy has no names and is refused.
+/// Reads the arrays of a file within a budget. The columns of a single .npy are c1, c2, ..
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     if bytes.starts_with(b"\x93NUMPY") {
-        return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));
+        return one_array(file, bytes, budget);
     }
     let (mut arrays, mut notes) = (Vec::new(), Vec::new());
     let mut numbers = 0;
@@ -56,6 +57,31 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) }
     })?;
     table.notes.extend(notes);
+    Ok(table)
+}
+
+/// The table of a .npy of shape (samples, columns), or (columns, samples) where the second length is the greater.
+///
+/// Fails where it has another shape, or is damaged.
+fn one_array(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+    let at = |message: String| Error::at(file, 0, message);
+    let refused = "one array without names: shape (samples, columns) is expected; or save a .npz with the names of the \
+                   signals, `numpy.savez('OUT.npz', t=t, q=q, tau=tau)`";
+    let ArrayContent::Numbers(array) = array(Box::new(bytes), budget).map_err(at)? else {
+        return Err(at(refused.into()));
+    };
+    let &[rows, columns] = array.shape.as_slice() else { return Err(at(refused.into())) };
+    let Array { values, .. } = array;
+    let (samples, signals) = (rows.max(columns), rows.min(columns));
+    let at_place = |sample: usize, signal: usize| {
+        if columns > rows { values[signal * columns + sample] } else { values[sample * columns + signal] }
+    };
+    let names = (1..=signals).map(|k| (format!("c{k}"), k - 1));
+    let arrays = names.map(|(name, k)| {
+        (name, Array { shape: vec![samples], values: (0..samples).map(|row| at_place(row, k)).collect() })
+    });
+    let mut table = Table::from_arrays(file, arrays.collect())?;
+    table.notes.push(NO_HEADER.into());
     Ok(table)
 }
 
@@ -365,6 +391,20 @@ mod tests {
         assert!(message(&file).contains("overlap"), "{}", message(&file));
         let wide = npy("<i2", "(2, 10001)", "False", &[0; 2 * 2 * 10_001]);
         assert!(message(&zip(&[("q.npy", wide, true)])).contains("more than 10000 columns with array `q`"));
+    }
+
+    #[test]
+    fn a_single_array_has_columns_by_place() {
+        let rows = npy("<f8", "(3, 2)", "False", &doubles(&[0.0, 1.0, 0.1, 2.0, 0.2, 3.0]));
+        let columns = npy("<f8", "(2, 3)", "False", &doubles(&[0.0, 0.1, 0.2, 1.0, 2.0, 3.0]));
+        for file in [rows, columns] {
+            let table = Table::from_bytes("log.npy", &file).unwrap();
+            assert_eq!((table.header.join(" "), &table.columns[1]), ("c1 c2".into(), &vec![1.0, 2.0, 3.0]));
+            assert!(table.notes[0].contains("no header"), "{:?}", table.notes);
+        }
+        let message = |bytes: &[u8]| Table::from_bytes("log.npy", bytes).unwrap_err().to_string();
+        let one = message(&npy("<f8", "(3,)", "False", &doubles(&[0.0; 3])));
+        assert!(one.contains("shape (samples, columns) is expected"), "{one}");
     }
 
     #[test]
