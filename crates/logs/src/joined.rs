@@ -1,19 +1,26 @@
 //! A log in several files: `position.csv+effort.csv`.
 //!
 //! Files of as many rows, without clocks or with the same clock, are joined row by row. Files with clocks of their own are joined
-//! by time: the columns of the later files are interpolated linearly at the times of the first, within the time that all have. A
-//! name that stands in several files gets the name of its file before it: `effort.joint_1`.
+//! by time: the columns of the later files are interpolated linearly at the times of the first, within the time that all have.
+//!
+//! A file's own name is what its stem has beyond the start that all stems share: `log_q.txt`, `log_tau.txt` are `q` and `tau`. A
+//! name that stands in several files gets the name of its file before it, `effort.joint_1`; columns without a header are
+//! `q_1`, `q_2`. A file of one number a line, with a multiple of the rows of the shortest file, holds the samples one after the
+//! other.
 
 use std::path::Path;
 
 use crate::Error;
 use crate::columns::words::{Quantity, readings};
+use crate::formats::delimited::NO_HEADER;
 use crate::table::{Lines, Table, check_header};
 
 /// Separates the files of a log.
 const SEPARATOR: char = '+';
 /// Most files of a log: one per joint and quantity.
 const MAX_FILES: usize = 128;
+/// Most joints of a file of one number a line.
+const MAX_JOINTS_A_FILE: usize = 64;
 /// Clocks that differ by less, in steps of the first, are one clock.
 const SAME_CLOCK_STEPS: f64 = 1e-3;
 
@@ -31,10 +38,48 @@ pub(crate) fn read(path: &Path, files: &[&Path]) -> Result<Table, Error> {
     if files.len() > MAX_FILES {
         return Err(Error::at(&file, 0, format!("{} files; at most {MAX_FILES} are expected", files.len())));
     }
-    let tables = files.iter().map(|file| Table::read(file)).collect::<Result<Vec<Table>, Error>>()?;
-    let names: Vec<String> =
-        files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy().into()).collect();
+    let mut tables = files.iter().map(|file| Table::read(file)).collect::<Result<Vec<Table>, Error>>()?;
+    let names = own_names(files);
+    name_by_files(&mut tables, &names);
     joined(&file, tables, &names)
+}
+
+/// The stems of the files without the start that all share, up to a separator; whole where nothing would remain of one.
+fn own_names(files: &[&Path]) -> Vec<String> {
+    let stems: Vec<String> =
+        files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy().into()).collect();
+    let shared = stems.iter().fold(stems[0].as_str(), |shared, stem| {
+        let same = shared.char_indices().zip(stem.chars()).find(|((_, a), b)| a != b);
+        &shared[..same.map_or(shared.len().min(stem.len()), |((at, _), _)| at)]
+    });
+    let begin = shared.rfind(['_', '-', '.', ' ']).map_or(0, |at| at + 1);
+    if stems.iter().any(|stem| stem.len() <= begin) {
+        return stems;
+    }
+    stems.iter().map(|stem| stem[begin..].to_string()).collect()
+}
+
+/// Names the columns of files without a header by their files, and cuts single columns into samples.
+fn name_by_files(tables: &mut [Table], names: &[String]) {
+    let rows = tables.iter().map(Table::rows).min().unwrap_or_default();
+    for (table, name) in tables.iter_mut().zip(names) {
+        let Some(note) = table.notes.iter().position(|note| note == NO_HEADER) else { continue };
+        table.notes.remove(note);
+        let count = table.rows().checked_div(rows).filter(|count| {
+            table.columns.len() == 1 && *count > 1 && table.rows() == count * rows && *count <= MAX_JOINTS_A_FILE
+        });
+        if let Some(count) = count {
+            let values = std::mem::take(&mut table.columns[0]);
+            table.columns = (0..count).map(|k| values.iter().skip(k).step_by(count).copied().collect()).collect();
+            table.texts = vec![None; count];
+            table.lines = Lines::default();
+            table.notes.push(format!("{name}: one number a line, {count} lines a row"));
+        }
+        table.header = match table.columns.len() {
+            1 => vec![name.clone()],
+            count => (1..=count).map(|k| format!("{name}_{k}")).collect(),
+        };
+    }
 }
 
 fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table, Error> {
@@ -219,6 +264,22 @@ mod tests {
             let units = join(&texts).unwrap_err();
             assert!(units.contains("the clocks of f0 and f1 are in different units"), "{units}");
         }
+    }
+
+    #[test]
+    fn files_name_their_columns() {
+        let of = |files: &[&str]| own_names(&files.iter().map(Path::new).collect::<Vec<_>>());
+        assert_eq!(of(&["a/sep_t.txt", "b/sep_tau.txt"]), ["t", "tau"]);
+        assert_eq!(of(&["joint_j1.csv", "joint_j2.csv"]), ["j1", "j2"]);
+        assert_eq!(of(&["q.csv", "tau.csv"]), ["q", "tau"]);
+        assert_eq!(of(&["log_.csv", "log_tau.csv"]), ["log_", "log_tau"]);
+        let mut tables = ["0\n0.1\n", "1\n2\n3\n4\n5\n6\n", "7,8\n9,10\n"].map(table);
+        let names = ["t", "q", "tau"].map(String::from);
+        name_by_files(&mut tables, &names);
+        let all = joined("all", tables.into(), &names).unwrap();
+        assert_eq!(all.header, ["t", "q_1", "q_2", "q_3", "tau_1", "tau_2"]);
+        assert_eq!((&all.columns[2], &all.columns[5]), (&vec![2.0, 5.0], &vec![8.0, 10.0]));
+        assert!(all.notes.iter().any(|note| note == "q: one number a line, 3 lines a row"), "{:?}", all.notes);
     }
 
     /// Files of one name in two folders: no column is taken by chance.

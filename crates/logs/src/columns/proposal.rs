@@ -13,6 +13,7 @@ use crate::columns::clocks;
 use crate::columns::mapping::Columns;
 use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::relations::{Relations, relations};
+use crate::columns::row_rate::{rate, usual};
 use crate::columns::units::given_unit;
 use crate::columns::words::{Quantity, with_underscores};
 use crate::table::Table;
@@ -149,9 +150,8 @@ const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
 /// A proposal for the columns of a robot's coordinates in a table.
 pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
-    let found = Columns::find(table, coordinates, &ColumnNames::default());
-    if let Ok(mapping) = found {
-        return Proposal { mapping: Some(mapping), ..Proposal::default() };
+    if let Ok(mapping) = Columns::find(table, coordinates, &ColumnNames::default()) {
+        return of_names(table, coordinates, mapping);
     }
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
@@ -191,6 +191,9 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
             set_unit(&mut names, quantity, unit);
         }
     }
+    if names.time.is_none() {
+        row_rate((table, coordinates), &mut proposal, &mut names);
+    }
     if names.torque.is_none() && names.current.is_none() && names.position.is_some() {
         goals((table, coordinates), &patterns, &mut proposal, &mut names);
     }
@@ -203,6 +206,82 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
         Err(_) => {}
     }
     proposal
+}
+
+/// The proposal where all columns are found by their names: units that no header names and that the values contradict.
+fn of_names(table: &Table, coordinates: &[String], mapping: Columns) -> Proposal {
+    let mut proposal = Proposal::default();
+    let mut names = ColumnNames::default();
+    let clock = mapping.rate.is_none().then_some((mapping.time.column, mapping.time.factor));
+    let groups = [(Quantity::Position, Some(&mapping.position)), (Quantity::Velocity, mapping.velocity.as_ref())];
+    for (quantity, sources) in groups {
+        // A header with a unit is believed.
+        let Some(sources) = sources.filter(|all| all.iter().all(|of| !says_si(&of.header) && of.factor == 1.0)) else {
+            continue;
+        };
+        let columns: Vec<usize> = sources.iter().map(|source| source.column).collect();
+        if let Some((unit, reason)) = unit(table, &columns, quantity, clock, &names) {
+            proposal.units.push(Proposed { key: key(quantity), value: quoted(&unit), reason });
+            set_unit(&mut names, quantity, unit);
+        }
+    }
+    proposal.mapping = Columns::find(table, coordinates, &names).ok().or(Some(mapping));
+    proposal
+}
+
+/// Whether a header names the unit of SI.
+fn says_si(header: &str) -> bool {
+    words(header).iter().any(|word| matches!(word.as_str(), "rad" | "radians" | "radps"))
+}
+
+/// Proposes the rows per second of a log without a clock, where it has velocities.
+fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
+    const NO_CLOCK: &str = "no column counts up as a clock does";
+    // Any rate serves to find the columns.
+    let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
+    let found = Columns::find(table, coordinates, &with_rate).ok();
+    let factor_of_deg = std::f64::consts::PI / 180.0;
+    let rate = found.as_ref().and_then(|found| {
+        let velocities = found.velocity.as_ref()?;
+        let of = |to_rad_s: Option<f64>| {
+            let pairs = found.position.iter().zip(velocities).map(|(q, dq)| {
+                let velocity = (table.columns[dq.column].as_slice(), to_rad_s.unwrap_or(dq.factor));
+                ((table.columns[q.column].as_slice(), q.factor), velocity)
+            });
+            rate(pairs)
+        };
+        let as_named = of(None)?;
+        let in_degrees =
+            velocities.iter().all(|dq| dq.factor == 1.0 && !says_si(&dq.header)).then(|| of(Some(factor_of_deg)));
+        Some((as_named, in_degrees.flatten()))
+    });
+    let said = match rate.map(|(as_named, in_degrees)| (as_named, usual(as_named), in_degrees.and_then(usual))) {
+        Some((_, Some(rate), None)) => {
+            Some((rate, "the velocities are the derivatives of the positions at this rate", None))
+        }
+        Some((_, None, Some(rate))) => {
+            Some((rate, "the velocities, in deg/s, are the derivatives of the positions at this rate", Some("deg/s")))
+        }
+        Some((rate, None, None)) => {
+            proposal.missing.push(format!(
+                "{NO_CLOCK}, and the velocities are the derivatives of the positions at {rate:.3} Hz, which is no usual rate: say \
+                 the rows per second, [rate=HZ]"
+            ));
+            return;
+        }
+        _ => None,
+    };
+    let Some((rate, reason, unit)) = said else {
+        return proposal.missing.push(format!("{NO_CLOCK}: say the rows per second, [rate=HZ]"));
+    };
+    proposal
+        .columns
+        .insert(0, Proposed { key: "rate", value: rate.to_string(), reason: format!("Hz; {NO_CLOCK}; {reason}") });
+    names.rate = Some(rate);
+    if let Some(unit) = unit {
+        proposal.units.push(Proposed { key: "velocity", value: quoted(unit), reason: "as the rate says".into() });
+        set_unit(names, Quantity::Velocity, unit.into());
+    }
 }
 
 impl fmt::Display for Proposal {
@@ -262,7 +341,7 @@ fn by_values(
         names.position = Some(given);
         return true;
     }
-    let Some(found) = clock.and_then(|clock| relations(table, clock, coordinates.len())) else { return false };
+    let Some(found) = relations(table, clock.map(|clock| clock.0), coordinates.len()) else { return false };
     let Relations { positions, velocities, others } = found;
     let mut propose = |quantity: Quantity, columns: &[usize], reason: &str| {
         let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
@@ -453,8 +532,6 @@ fn clock(
     let rising = (0..table.header.len()).filter(|column| rises(&column));
     let rising = rising.filter(|column| is_named(column) || !of_joints.contains(column));
     let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
-        let what = "no column counts up as a clock does: say the rows per second, [rate=HZ]";
-        proposal.missing.push(what.into());
         return None;
     };
     let x = &table.columns[column];
@@ -588,6 +665,49 @@ mod tests {
     fn what_is_found_by_name_needs_no_words() {
         let proposal = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
         assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
+    }
+
+    /// Without a clock, the velocities show the rate; the proposal is read as printed, and other velocities show no rate.
+    #[test]
+    fn the_rate_of_a_log_without_a_clock_is_proposed() {
+        let without_clock = |header: &str, scales: [f64; 4]| {
+            let mut table = table(&format!("t,{header}"), scales);
+            table.columns.remove(0);
+            table.texts.remove(0);
+            table.header.remove(0);
+            // A torque that equals a position would be one by its derivative.
+            for (column, f) in [(4, 13.0), (5, 17.0)] {
+                table.columns[column] = (0..400).map(|k| (f * 0.005 * f64::from(k)).cos()).collect();
+            }
+            propose(&table, &joints())
+        };
+        let degrees = 180.0 / std::f64::consts::PI;
+        let named = "q1,q2,dq1,dq2,tau1,tau2";
+        let found = without_clock(named, [1.0; 4]);
+        assert!(found.to_string().contains("rate: 200 "), "{found}");
+        assert_eq!(found.mapping.unwrap().rate, Some(200.0));
+        let in_degrees = without_clock(named, [1.0, 1.0, degrees, 1.0]);
+        assert!(in_degrees.to_string().contains("velocity: \"deg/s\""), "{in_degrees}");
+        assert!((in_degrees.mapping.unwrap().velocity.unwrap()[0].factor * degrees - 1.0).abs() < 1e-12);
+        let unnamed = without_clock("c1,c2,c3,c4,c5,c6", [1.0; 4]).to_string();
+        for line in ["rate: 200 ", "position: [\"c1\", \"c2\"]", "torque: [\"c5\", \"c6\"]"] {
+            assert!(unnamed.contains(line), "{line}\n{unnamed}");
+        }
+        for scale in [1.37, -1.0] {
+            let found = without_clock(named, [1.0, 1.0, scale, 1.0]);
+            assert!(found.mapping.is_none() && found.missing[0].contains("[rate=HZ]"), "{found} {:?}", found.missing);
+        }
+    }
+
+    /// The values contradict the unit that a header without one stands for; a header with a unit is believed.
+    #[test]
+    fn degrees_without_a_unit_in_the_header_are_proposed() {
+        let degrees = 180.0 / std::f64::consts::PI;
+        let found = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints());
+        let shown = found.to_string();
+        assert!(shown.contains("position: \"deg\"") && shown.contains("velocity: \"deg/s\""), "{shown}");
+        let said = propose(&table("t,q1_rad,q2_rad,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints());
+        assert!(!said.to_string().contains("position:"), "{said}");
     }
 
     /// `A1` would be an acceleration by its name: a column is one signal.

@@ -21,20 +21,24 @@ pub(crate) struct Relations {
     pub others: Option<Vec<usize>>,
 }
 
-/// The positions and velocities of `n` joints; `None` unless exactly `n` pairs are found. `clock`: its column, and its unit in s.
-pub(crate) fn relations(table: &Table, (clock, second): (usize, f64), n: usize) -> Option<Relations> {
+/// The positions and velocities of `n` joints; `None` unless exactly `n` pairs are found. `clock`: its column; without one, the
+/// rows count as equally spaced.
+pub(crate) fn relations(table: &Table, clock: Option<usize>, n: usize) -> Option<Relations> {
     let columns: Vec<usize> =
-        (0..table.header.len()).filter(|c| *c != clock && !table.columns[*c].is_empty()).collect();
+        (0..table.header.len()).filter(|c| Some(*c) != clock && !table.columns[*c].is_empty()).collect();
     if columns.len() > MAX_COLUMNS {
         return None;
     }
-    let rows = table.columns[clock].len().min(MAX_ROWS);
-    let t = &table.columns[clock];
+    let rows = table.rows().min(MAX_ROWS);
+    let t: Vec<f64> = match clock {
+        Some(clock) => table.columns[clock][..rows].to_vec(),
+        None => (0..rows).map(|row| row as f64).collect(),
+    };
     let squared_correlation = |a: usize, b: usize| {
         let (q, v) = (&table.columns[a], &table.columns[b]);
         let [mut vs, mut ss, mut vv] = [0.0; 3];
         for k in 1..rows.saturating_sub(1) {
-            let slope = (q[k + 1] - q[k - 1]) / (second * (t[k + 1] - t[k - 1]));
+            let slope = (q[k + 1] - q[k - 1]) / (t[k + 1] - t[k - 1]);
             if slope.is_finite() && v[k].is_finite() {
                 (vs, ss, vv) = (vs + v[k] * slope, ss + slope * slope, vv + v[k] * v[k]);
             }
@@ -78,9 +82,12 @@ mod tests {
         ];
         let header = (1..=7).map(|k| format!("c{k}")).collect();
         let table = Table { header, columns, ..Table::default() };
-        let found = relations(&table, (0, 1.0), 2).unwrap();
+        let found = relations(&table, Some(0), 2).unwrap();
         assert_eq!((found.positions, found.velocities, found.others), (vec![1, 2], vec![3, 4], Some(vec![5, 6])));
+        let without =
+            Table { header: table.header[1..].into(), columns: table.columns[1..].into(), ..Table::default() };
+        assert_eq!(relations(&without, None, 2).unwrap().positions, [0, 1]);
         // Of three joints there are two pairs: nothing is proposed.
-        assert!(relations(&table, (0, 1.0), 3).is_none());
+        assert!(relations(&table, Some(0), 3).is_none());
     }
 }

@@ -17,28 +17,40 @@ const USUAL_RATES: [f64; 18] = [
 /// Greatest relative distance of a rate from the usual one that it is taken for.
 const USUAL_TOLERANCE: f64 = 0.02;
 
-/// The rate at which the differences of positions are the velocities, in words; `None` where no joint has both, or they disagree.
-pub(crate) fn rows_per_second(table: &Table, readings: &[Reading]) -> Option<String> {
-    let of = |quantity: Quantity, joint: Designator| {
-        readings
-            .iter()
-            .find(|r| r.quantity == quantity && r.joint == joint)
-            .map(|r| (&table.columns[r.column], r.unit.1))
-    };
-    let rate = |position: &Reading| {
-        let ((q, to_rad), (dq, to_rad_s)) =
-            (of(Quantity::Position, position.joint)?, of(Quantity::Velocity, position.joint)?);
+/// Signals of a joint in rad and rad/s: a position and the factor of its unit, a velocity and the factor of its unit.
+pub(crate) type Pair<'a> = ((&'a [f64], f64), (&'a [f64], f64));
+
+/// The rate at which the differences of positions are the velocities, Hz; `None` where no joint has both, or they disagree.
+pub(crate) fn rate<'a>(pairs: impl Iterator<Item = Pair<'a>>) -> Option<f64> {
+    let rate = |((q, to_rad), (dq, to_rad_s)): Pair| {
         let rows = q.windows(3).zip(dq.iter().skip(1));
         let pairs =
             rows.map(|(q, dq)| (0.5 * to_rad * (q[2] - q[0]), to_rad_s * dq)).filter(|(x, y)| (x * y).is_finite());
         let [xx, xy, yy] = pairs.fold([0.0; 3], |[xx, xy, yy], (x, y)| [xx + x * x, xy + x * y, yy + y * y]);
         (xy > 0.0 && xy * xy > MIN_SQUARED_CORRELATION * xx * yy).then(|| xy / xx)
     };
-    let mut rates: Vec<f64> = readings.iter().filter(|r| r.quantity == Quantity::Position).filter_map(rate).collect();
+    let mut rates: Vec<f64> = pairs.filter_map(rate).collect();
     rates.sort_by(f64::total_cmp);
-    let median = *rates.get(rates.len() / 2)?;
-    let usual = USUAL_RATES.iter().find(|usual| (median / **usual - 1.0).abs() < USUAL_TOLERANCE);
-    Some(usual.map_or(format!("{median:.3} Hz"), |usual| format!("{usual} Hz")))
+    rates.get(rates.len() / 2).copied()
+}
+
+/// The usual rate next to this one, Hz.
+pub(crate) fn usual(rate: f64) -> Option<f64> {
+    USUAL_RATES.into_iter().find(|usual| (rate / usual - 1.0).abs() < USUAL_TOLERANCE)
+}
+
+/// The rate of columns that are found by their headers, in words.
+pub(crate) fn rows_per_second(table: &Table, readings: &[Reading]) -> Option<String> {
+    let of = |quantity: Quantity, joint: Designator| {
+        readings
+            .iter()
+            .find(|r| r.quantity == quantity && r.joint == joint)
+            .map(|r| (table.columns[r.column].as_slice(), r.unit.1))
+    };
+    let positions = readings.iter().filter(|r| r.quantity == Quantity::Position);
+    let rate =
+        rate(positions.filter_map(|r| Some((of(Quantity::Position, r.joint)?, of(Quantity::Velocity, r.joint)?))))?;
+    Some(usual(rate).map_or(format!("{rate:.3} Hz"), |usual| format!("{usual} Hz")))
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ pub(crate) struct TableReader<'a> {
 }
 
 /// The note on a text that begins with numbers.
-pub(super) const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
+pub(crate) const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
 
 impl<'a> TableReader<'a> {
     /// Reads the header of a compressed text.
@@ -113,12 +113,10 @@ impl<'a> TableReader<'a> {
             let names = |c: Vec<u8>| split(&String::from_utf8_lossy(&c), delimiter);
             let names =
                 comment.map(names).filter(|n| n.len() == header.len() && n.iter().all(|n| n.parse::<f64>().is_err()));
-            // Without a header a column is named by its position; one column of numbers is no log.
-            let places = (header.len() > 1).then(|| (1..=header.len()).map(|k| format!("c{k}")).collect());
-            notes.extend(places.as_ref().filter(|_| names.is_none()).map(|_| NO_HEADER.to_string()));
-            if let Some(names) = names.or(places) {
-                (header, waiting) = (names, Some((line + 1, row.cells)));
-            }
+            // Without a header a column is named by its position.
+            notes.extend(names.is_none().then(|| NO_HEADER.to_string()));
+            let names = names.unwrap_or_else(|| (1..=header.len()).map(|k| format!("c{k}")).collect());
+            (header, waiting) = (names, Some((line + 1, row.cells)));
         }
         check_header(file, line + 1, &mut header)?;
         Ok(TableReader {

@@ -56,17 +56,14 @@ impl ColumnProposal {
 
 impl fmt::Display for ColumnProposal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Proposal { columns, missing, mapping, .. } = &self.proposal;
-        match (columns.is_empty(), mapping) {
-            (true, Some(mapping)) => {
-                return write!(
-                    f,
-                    "the columns are found by their names; a unit that no header names is taken for that of SI\n{mapping}"
-                );
+        let Proposal { columns, units, missing, mapping } = &self.proposal;
+        f.write_str(match (columns.is_empty(), units.is_empty(), mapping) {
+            (true, true, Some(_)) => {
+                "# the columns are found by their names; a unit that no header names is taken for that of SI\n"
             }
-            (false, Some(_)) => writeln!(f, "# for the file of options; look through the reasons")?,
-            _ => writeln!(f, "# incomplete: write what is missing")?,
-        }
+            (_, _, Some(_)) => "# for the file of options; look through the reasons\n",
+            _ => "# incomplete: write what is missing\n",
+        })?;
         write!(f, "{}", self.proposal)?;
         for what in missing {
             writeln!(f, "# missing: {what}")?;
