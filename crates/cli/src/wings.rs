@@ -58,6 +58,7 @@ fn absent() -> Wing {
         log(b"ARROW1\0\0", without!("an Arrow or Feather file", "foreign"), false);
         log(b"\xff\xff\xff\xff", without!("an Arrow stream", "foreign"), false);
         log(b"MATLAB 5.0 MAT", without!("a .mat of version 5", "foreign"), false);
+        log(b"xl/workbook.xml", without!("a workbook of Excel", "foreign"), false);
     }
     if cfg!(not(feature = "rosbag2-sqlite")) {
         let what = concat!(

@@ -52,6 +52,8 @@ pub use table::{Lines, Table};
 
 /// The types for a reader in another package, and its registration.
 pub mod reading {
+    pub use gate::budget::Budget;
+
     pub use crate::formats::compression::Compression;
     pub use crate::formats::message::{Channel, Message, ReadOutcome, Receiver};
     pub use crate::formats::registered::{

@@ -12,6 +12,7 @@ use gate::budget::Budget;
 use crate::Error;
 use crate::formats::arrays::Array;
 use crate::formats::delimited::NO_HEADER;
+use crate::formats::registered::{self, LogReader};
 use crate::table::{MAX_CELLS, Table};
 
 /// Greatest size of all arrays, decompressed, bytes.
@@ -31,7 +32,14 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     }
     let (mut arrays, mut notes) = (Vec::new(), Vec::new());
     let mut numbers = 0;
-    for entry in entries(bytes).map_err(at)? {
+    let entries = entries(bytes).map_err(at)?;
+    let members: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+    match registered::of_members(&members) {
+        Some(LogReader::Whole(read)) => return read(file, bytes, budget),
+        Some(LogReader::Absent { what, .. }) => return Err(at(what.into())),
+        _ => {}
+    }
+    for entry in entries {
         let Some(key) = entry.name.strip_suffix(".npy") else { continue };
         let found = content(&entry).and_then(|content| array(content, budget));
         let found = match found.map_err(|e| at(format!("array `{key}`: {e}")))? {

@@ -16,7 +16,7 @@ use crate::table::{RowReader, Table};
 pub struct LogFormat {
     /// Name of the format in lists; formats with the same name count as one.
     pub name: &'static str,
-    /// The first bytes of its files.
+    /// The first bytes of its files; of a format in a zip, the name of a file that only its zips have.
     pub magic: &'static [u8],
     /// Its reader.
     pub reader: LogReader,
@@ -92,6 +92,12 @@ pub fn format_names() -> Vec<&'static str> {
 /// The index of the format with these first bytes.
 pub(crate) fn of_head(head: &[u8]) -> Option<usize> {
     FORMATS.get()?.iter().position(|format| head.starts_with(format.magic))
+}
+
+/// The reader of a zip with these files; `None`: no format has one of them.
+pub(crate) fn of_members(members: &[&str]) -> Option<LogReader> {
+    let is_of = |format: &&LogFormat| members.iter().any(|member| member.as_bytes() == format.magic);
+    FORMATS.get()?.iter().find(is_of).map(|format| format.reader)
 }
 
 /// The reader for an index without a format.

@@ -1,6 +1,6 @@
 //! Wing for foreign files: reads and writes files of other programs.
 //!
-//! Reads logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in SQLite bags; reads the vertices of
+//! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel and, with the feature `rosbag2-sqlite`, in SQLite bags; reads the vertices of
 //! Collada meshes; writes a robot as SYMORO's .par.
 //!
 //! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
@@ -15,6 +15,7 @@ mod mat;
 mod par;
 #[cfg(feature = "rosbag2-sqlite")]
 mod sqlite;
+mod workbook;
 
 use logs::reading::{LogFormat, LogReader};
 use rist::DescriptionFormat;
@@ -30,6 +31,7 @@ pub fn wing() -> Wing {
             LogFormat { name: "Arrow", magic: arrow::messages::FILE_MAGIC, reader: arrow::FILE },
             LogFormat { name: "Arrow", magic: b"\xff\xff\xff\xff", reader: arrow::STREAM },
             LogFormat { name: ".mat", magic: b"MATLAB 5.0 MAT", reader: LogReader::Whole(mat::read) },
+            LogFormat { name: "Excel (.xlsx)", magic: workbook::MEMBER, reader: LogReader::Whole(workbook::read) },
             #[cfg(feature = "rosbag2-sqlite")]
             LogFormat {
                 name: "rosbag2 files in sqlite3",
