@@ -1,13 +1,13 @@
-//! JSON as a table: an object of arrays, an array of objects, or an object on each line (JSON Lines).
+//! Reads JSON as a table: an object of arrays, an array of objects, or one object per line (JSON Lines).
 //!
-//! | file | is |
+//! | file | meaning |
 //! |---|---|
-//! | `{"t": [0, 0.1], "q": [[1, 2], [3, 4]]}` | arrays, as those of a .npz |
-//! | `[{"t": 0, "q": [1, 2]}, ..]` | a row per object |
-//! | `{"t": 0, "q": [1, 2]}` on each line | a row per line |
+//! | `{"t": [0, 0.1], "q": [[1, 2], [3, 4]]}` | named arrays, as in a .npz |
+//! | `[{"t": 0, "q": [1, 2]}, ..]` | one row per object |
+//! | `{"t": 0, "q": [1, 2]}` on each line | one row per line |
 //!
-//! Of a row, a number is a column with the name of its key, an array the columns key_1 .. key_k, and an object the columns
-//! key.name. A key that a row lacks, and null, are missing numbers.
+//! In a row, a number becomes a column with the name of its key; an array becomes the columns key_1 .. key_k; an object becomes
+//! the columns key.name. A missing key or null is a missing number.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -20,17 +20,17 @@ use crate::Error;
 use crate::formats::arrays::Array;
 use crate::table::{Lines, MAX_COLUMNS, Table, check_header};
 
-/// Longest name of a column, bytes.
+/// Largest length of a column name, bytes.
 const MAX_NAME_BYTES: usize = 256;
-/// Memory of a parsed value per byte of its text, at most: `1,` becomes one value.
+/// Largest memory of a parsed value per byte of its text: two bytes such as `1,` give one value.
 const VALUE_BYTES_PER_BYTE: usize = size_of::<Value>() / 2;
 
-/// First bytes of such a file.
+/// The first bytes of a JSON file that can be read.
 pub(crate) const HEADS: [&[u8]; 6] = [b"{", b"[{", b"[ {", b"[\n{", b"[\n ", b"[\r\n"];
 
-/// Reads a file within a budget.
+/// Reads a JSON file. The memory is taken from `budget`.
 ///
-/// Fails where it is no JSON, or holds no rows of numbers.
+/// Fails if the text is not JSON, or if it contains no rows of numbers.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let broken = |e: serde_json::Error| Error::at(file, e.line(), format!("this is no JSON: {e}"));
     let mut rows = Rows { budget, places: BTreeMap::new(), header: vec![], columns: vec![], texts: vec![], count: 0 };
@@ -41,7 +41,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         return rows.into_table(file, lines);
     }
     let all = bytes.split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.trim_ascii().is_empty());
-    // Of an object of arrays the first line is no object, or the only one.
+    // In JSON Lines, the first two lines are both whole JSON values. Otherwise the file is a single object of arrays.
     let mut some = all.clone().take(2).map(|(_, line)| serde_json::from_slice::<serde::de::IgnoredAny>(line).is_ok());
     if (some.next(), some.next()) != (Some(true), Some(true)) {
         rows.budget.draw(VALUE_BYTES_PER_BYTE.saturating_mul(bytes.len())).map_err(|e| Error::at(file, 0, e))?;
@@ -60,7 +60,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     rows.into_table(file, lines)
 }
 
-/// The arrays of numbers in a value, with their names.
+/// The arrays of numbers inside a value, with their names.
 fn arrays(name: String, value: &Value, found: &mut Vec<(String, Array)>) {
     let numbers = |value: &Value| -> Option<Vec<f64>> {
         value.as_array()?.iter().map(|x| x.as_f64().or(x.is_null().then_some(f64::NAN))).collect()
@@ -87,19 +87,19 @@ fn arrays(name: String, value: &Value, found: &mut Vec<(String, Array)>) {
     }
 }
 
-/// Rows that were read.
+/// The rows that were read so far.
 struct Rows<'a> {
     budget: &'a mut Budget,
     places: BTreeMap<String, usize>,
     header: Vec<String>,
-    /// A column ends with its last number.
+    /// The columns. A column may be shorter than the table if its last rows have no number.
     columns: Vec<Vec<f64>>,
     texts: Vec<Option<(usize, String)>>,
     count: usize,
 }
 
 impl Rows<'_> {
-    /// The column of a name.
+    /// Index of the column with this name. A new column is added if there is none. Fails if there are too many columns.
     fn column(&mut self, name: &str) -> Result<usize, String> {
         if let Some(place) = self.places.get(name) {
             return Ok(*place);
@@ -148,7 +148,7 @@ impl Rows<'_> {
     }
 }
 
-/// The elements of an array at the top are rows.
+/// Each element of an array at the top level is a row.
 impl<'de> Visitor<'de> for &mut Rows<'_> {
     type Value = ();
 
@@ -164,7 +164,7 @@ impl<'de> Visitor<'de> for &mut Rows<'_> {
     }
 }
 
-/// A value of a row, with the name that leads to it.
+/// A value inside a row. `name`: the keys that lead to it.
 struct Place<'a, 'b> {
     rows: &'a mut Rows<'b>,
     name: String,
@@ -227,7 +227,7 @@ impl<'de> Visitor<'de> for Place<'_, '_> {
     }
 }
 
-/// A name below another.
+/// The name of a column: the name `above` and `name`, joined by the separator. Fails if it is too long.
 fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
     let all = if above.is_empty() { name.to_string() } else { format!("{above}{separator}{name}") };
     (all.len() <= MAX_NAME_BYTES).then_some(all).ok_or(format!("a name is longer than {MAX_NAME_BYTES} bytes"))
@@ -276,7 +276,7 @@ mod tests {
         }
         let long = format!("{{\"{}\": 1}}\n{{\"t\": 1}}\n", "n".repeat(300));
         assert!(table(&long).unwrap_err().contains("longer than 256 bytes"));
-        // A key of its own in every row: more missing numbers than the file is worth.
+        // Each row has a new key. The table would contain far more missing numbers than the file has bytes.
         let sparse: String = (0..20_000).map(|k| format!("{{\"k{}\":1}}\n", k % 9999)).collect();
         assert!(table(&sparse).is_err());
         let whole = "[{\"t\": 0, \"q\": [1, {\"a\": 2}]}]";
